@@ -38,59 +38,24 @@ pub enum Solver {
 }
 
 /// The servo axis with its state.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Plant {
     now: Automaton,
     solver: Solver,
     /// Steps that the error control of solver `dopri5` would take.
     steps: StepSize,
-    /// Memory of solver `exact`: all that it has computed about the axis.
-    tables: Option<Box<Tables>>,
     /// The flank that the joint starts on.
     flank: Option<Direction>,
-    forces: Forces,
-    instructions: Instructions,
-}
-
-/// The vector instructions that the plant uses, which no result depends on.
-#[derive(Debug, Clone, Copy)]
-struct Instructions(Level);
-
-impl PartialEq for Instructions {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
-
-/// Force of the loads over time.
-#[derive(Debug, Clone, PartialEq)]
-struct Forces {
-    /// The force from each instant on at which it changes \[ns, N\], the first at 0.
-    from: Vec<(u64, f64)>,
+    /// Force of the loads from each instant on at which it changes \[ns, N\], the first at 0.
+    forces: Vec<(u64, f64)>,
     /// Place of the next change.
-    next: usize,
-    /// Instant of the next change \[ns\].
-    until_ns: u64,
-    /// The memory of solver `exact` for each other force.
-    tables: Vec<(f64, Box<Tables>)>,
-}
-
-impl Forces {
-    fn new(from: Vec<(u64, f64)>) -> Self {
-        let mut forces = Self {
-            from,
-            next: 1,
-            until_ns: 0,
-            tables: Vec::new(),
-        };
-        forces.look_ahead();
-        forces
-    }
-
-    fn look_ahead(&mut self) {
-        let next = self.from.get(self.next);
-        self.until_ns = next.map_or(u64::MAX, |(from_ns, _)| *from_ns);
-    }
+    next_force: usize,
+    /// Memory of solver `exact`: all that it has computed about the axis.
+    tables: Option<Box<Tables>>,
+    /// The same for each other force.
+    other_tables: Vec<(f64, Box<Tables>)>,
+    /// The vector instructions in use, which no result depends on.
+    level: Level,
 }
 
 /// What a motor and its carriage have just after a command was given.
@@ -111,21 +76,18 @@ impl Plant {
     /// centred in its gap, time 0.
     ///
     /// ```
-    /// use plant::{AxisParameters, Carriage, Drive, Joint, Motor, Plant, Resistance, Solver};
+    /// use plant::{AxisParameters, Drive, Motor, Plant, Solver};
     /// let motor = Motor {
     ///     inertia_kg_m2: 2e-4,
     ///     torque_constant_nm_per_a: 0.25,
     ///     resistance_ohm: 1.5,
     ///     inductance_h: 0.0065,
     /// };
-    /// let transmission = plant::Transmission {
-    ///     gear_ratio: 2.0,
-    ///     joint: Joint::Rigid,
-    ///     screw_inertia_kg_m2: 8.5e-4,
-    ///     screw_pitch_m_per_rad: 5e-3 / (2.0 * std::f64::consts::PI),
-    /// };
-    /// let carriage = Carriage { mass_kg: 50.0, resistance: Resistance::default() };
-    /// let axis = AxisParameters { motor, transmission, carriage };
+    /// let mut axis = AxisParameters { motor, ..AxisParameters::default() };
+    /// axis.transmission.gear_ratio = 2.0;
+    /// axis.transmission.screw_inertia_kg_m2 = 8.5e-4;
+    /// axis.transmission.screw_pitch_m_per_rad = 5e-3 / (2.0 * std::f64::consts::PI);
+    /// axis.carriage.mass_kg = 50.0;
     /// let mut plant = Plant::new(&axis, Solver::Dopri5 { tolerance: 1e-11 });
     /// // 10 V for two seconds: the motor runs up to V/k_m = 40 rad/s.
     /// plant.advance(&Drive::Held(10.0), 2_000_000_000, &mut ())?;
@@ -139,27 +101,20 @@ impl Plant {
     /// Within these surroundings, at rest at their start, time 0.
     ///
     /// ```
-    /// use plant::{Amplifier, AxisParameters, Carriage, Control, Drive, Joint, Motor, Plant};
-    /// use plant::{Resistance, Solver, Surroundings, Transmission};
+    /// use plant::{Amplifier, AxisParameters, Control, Drive, Motor, Plant, Solver, Surroundings};
     /// let motor = Motor {
     ///     inertia_kg_m2: 2e-4,
     ///     torque_constant_nm_per_a: 0.25,
     ///     resistance_ohm: 1.5,
     ///     inductance_h: 0.0065,
     /// };
-    /// let transmission = Transmission {
-    ///     gear_ratio: 1.0,
-    ///     joint: Joint::Rigid,
-    ///     screw_inertia_kg_m2: 0.0,
-    ///     screw_pitch_m_per_rad: 1e-3,
-    /// };
-    /// let carriage = Carriage { mass_kg: 1.0, resistance: Resistance::default() };
-    /// let axis = AxisParameters { motor, transmission, carriage };
+    /// let mut axis = AxisParameters { motor, ..AxisParameters::default() };
+    /// axis.transmission.gear_ratio = 1.0;
+    /// axis.transmission.screw_pitch_m_per_rad = 1e-3;
+    /// axis.carriage.mass_kg = 1.0;
     /// let control = Control::Current { current_limit_a: 5.0, bandwidth_radps: None };
-    /// let surroundings = Surroundings {
-    ///     amplifier: Amplifier { gain: 1.0, voltage_limit_v: 48.0, control },
-    ///     ..Surroundings::default()
-    /// };
+    /// let amplifier = Amplifier { gain: 1.0, voltage_limit_v: 48.0, control };
+    /// let surroundings = Surroundings { amplifier, ..Surroundings::default() };
     /// let mut plant = Plant::within(&axis, &surroundings, Solver::Exact);
     /// // 1 A for a second: J·β̈ = k_m·I.
     /// plant.advance(&Drive::Held(1.0), 1_000_000_000, &mut ())?;
@@ -176,19 +131,18 @@ impl Plant {
             Solver::Dopri5 { tolerance } => tolerance,
             Solver::Exact | Solver::Rk4 { .. } => 0.0,
         };
-        let b = parameters.transmission.joint.backlash_half_rad();
-        let flank = surroundings.start.flank(b);
-        let forces = Forces::new(surroundings.forces());
-        let mut axis = Axis::new(parameters, surroundings, tolerance);
-        axis.load_force_n = forces.from.first().map_or(0.0, |(_, force_n)| *force_n);
+        let axis = Axis::new(parameters, surroundings, tolerance);
+        let flank = surroundings.start.flank(axis.backlash_half_rad());
         Self {
             now: Automaton::new(axis, flank),
             solver,
             steps: StepSize::new(),
-            tables: None,
             flank,
-            forces,
-            instructions: Instructions(widest()),
+            forces: surroundings.forces(),
+            next_force: 1,
+            tables: None,
+            other_tables: Vec::new(),
+            level: widest(),
         }
     }
 
@@ -223,10 +177,8 @@ impl Plant {
             ..self.now
         };
         plant.flank = self.flank;
-        plant.forces = Forces {
-            tables: Vec::new(),
-            ..self.forces.clone()
-        };
+        plant.forces = self.forces.clone();
+        plant.next_force = self.next_force;
         plant
     }
 
@@ -307,7 +259,7 @@ impl Plant {
         if length_ns == 0 {
             return Ok(());
         }
-        if until_ns >= self.forces.until_ns {
+        if until_ns >= self.force_until_ns() {
             return self.advance_past_loads(drive, until_ns, watch);
         }
         self.advance_under_force(drive, length_ns, watch)
@@ -323,28 +275,32 @@ impl Plant {
         watch: &mut impl Watch,
     ) -> Result<(), PlantError> {
         while self.now.time_ns < until_ns {
-            let end_ns = until_ns.min(self.forces.until_ns);
+            let end_ns = until_ns.min(self.force_until_ns());
             self.advance_under_force(drive, end_ns - self.now.time_ns, watch)?;
-            if end_ns == self.forces.until_ns {
-                self.change_force(self.forces.next);
+            if end_ns == self.force_until_ns() {
+                self.change_force(self.next_force);
             }
         }
         Ok(())
     }
 
+    /// The instant at which the force changes next \[ns\].
+    #[inline(always)]
+    fn force_until_ns(&self) -> u64 {
+        let next = self.forces.get(self.next_force);
+        next.map_or(u64::MAX, |(from_ns, _)| *from_ns)
+    }
+
     /// From now on the force of that place acts.
     fn change_force(&mut self, place: usize) {
-        let (from_n, to_n) = (self.now.axis.load_force_n, self.forces.from[place].1);
-        self.forces.next = place + 1;
-        self.forces.look_ahead();
+        let (from_n, to_n) = (self.now.axis.load_force_n, self.forces[place].1);
+        self.next_force = place + 1;
         if from_n == to_n {
             return;
         }
         self.now.axis.load_force_n = to_n;
-        let others = &mut self.forces.tables;
-        if let Some(tables) = self.tables.take() {
-            others.push((from_n, tables));
-        }
+        let others = &mut self.other_tables;
+        others.extend(self.tables.take().map(|tables| (from_n, tables)));
         let known = others.iter().position(|(force_n, _)| *force_n == to_n);
         self.tables = known.map(|place| others.swap_remove(place).1);
     }
@@ -363,7 +319,7 @@ impl Plant {
             Solver::Exact => {
                 let tables = self.tables.get_or_insert_default();
                 in_fours!(
-                    self.instructions.0,
+                    self.level,
                     simd => now.advance_exactly(simd, tables, drive, length_ns, watch)
                 )?;
             }

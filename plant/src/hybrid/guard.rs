@@ -225,29 +225,26 @@ impl Axis {
         }
     }
 
-    /// True if an axis that rests on a flank without a load first moves away from it. Value
-    /// and rate of the guard are nothing there: what comes first of an acceleration, a
+    /// The guard's flank if an axis that rests on it without a load first moves away from it.
+    /// Value and rate of the guard are nothing there: what comes first of an acceleration, a
     /// current and a command of the continuous law says so.
     pub(crate) fn leaves_from_rest(
         &self,
         guard: Guard,
         (drive, time_s): (&Drive<'_>, f64),
         (y, dy): (&Vector, &Vector),
-    ) -> bool {
+    ) -> Option<Direction> {
         let (Guard::Part(flank) | Guard::Release(flank)) = guard else {
-            return false;
+            return None;
         };
-        let s = flank.sign();
-        let at_rest = s * y[EPSILON] == self.backlash_half_rad()
-            && [EPSILON_DOT, BETA_DOT, CURRENT]
-                .iter()
-                .all(|&i| y[i] == 0.0);
+        let at_rest = flank.sign() * y[EPSILON] == self.backlash_half_rad()
+            && [EPSILON_DOT, BETA_DOT, CURRENT].map(|i| y[i]) == [0.0; 3];
         let first = match drive {
             _ if dy[EPSILON_DOT] != 0.0 => dy[EPSILON_DOT],
             Drive::Feedback(pid) if dy[CURRENT] == 0.0 => pid.first_direction(time_s),
             _ => dy[CURRENT],
         };
-        at_rest && s * first < 0.0
+        (at_rest && flank.sign() * first < 0.0).then_some(flank)
     }
 
     /// The mode after `guard` has reached zero. Where the next mode starts on

@@ -162,9 +162,7 @@ impl Automaton {
 
     /// State now.
     pub(crate) fn state(&self) -> State {
-        let mut state = State::from_vector(&self.y);
-        state.beta_rad += self.axis.start_rad;
-        state
+        self.axis.state(&self.y)
     }
 
     /// Contact of the joint now.
@@ -273,16 +271,14 @@ impl Automaton {
             });
             let leaves = |guard| self.axis.leaves_from_rest(guard, (drive, time_s), here);
             let broken = values.into_iter().find(|&(guard, value, rate)| {
-                let is_broken = value < 0.0 || value == 0.0 && rate < 0.0 || leaves(guard);
+                let is_broken =
+                    value < 0.0 || value == 0.0 && rate < 0.0 || leaves(guard).is_some();
                 self.fresh != Some(guard) && is_broken
             });
             let Some((mut guard, value, _)) = broken else {
                 return Ok(dy);
             };
-            let left = match guard {
-                Guard::Part(flank) | Guard::Release(flank) if leaves(guard) => Some(flank),
-                _ => None,
-            };
+            let left = leaves(guard);
             if let Some(flank) = left {
                 // By as much as an event is found behind its surface, so that no rounding
                 // takes it back. Of no torque there is nothing to let go of first.

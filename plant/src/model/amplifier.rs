@@ -161,22 +161,18 @@ impl Amplifier {
     pub(crate) fn stage(&self) -> Stage {
         let limit_v = self.voltage_limit_v;
         match self.control {
-            Control::Voltage {
-                current_limit_a: None,
-            } => Stage::Voltage,
-            Control::Voltage {
-                current_limit_a: Some(limit_a),
-            } => Stage::LimitedVoltage { limit_v, limit_a },
+            Control::Voltage { current_limit_a } => match current_limit_a {
+                None => Stage::Voltage,
+                Some(limit_a) => Stage::LimitedVoltage { limit_v, limit_a },
+            },
             Control::Current {
-                bandwidth_radps: None,
-                ..
-            } => Stage::IdealCurrent,
-            Control::Current {
-                bandwidth_radps: Some(omega_radps),
-                ..
-            } => Stage::CurrentLoop {
-                limit_v,
-                omega_radps,
+                bandwidth_radps, ..
+            } => match bandwidth_radps {
+                None => Stage::IdealCurrent,
+                Some(omega_radps) => Stage::CurrentLoop {
+                    limit_v,
+                    omega_radps,
+                },
             },
         }
     }

@@ -134,7 +134,7 @@ impl Axis {
             holding_torque_nm: p * c.resistance.constant_n,
             joint,
             stage: surroundings.amplifier.stage(),
-            load_force_n: surroundings.load_force_n,
+            load_force_n: surroundings.force_at_n(0),
             start_rad: surroundings.start.beta_rad(t),
             parting_noise_rad: NOISE_PER_TOLERANCE * tolerance
                 + NOISE_PER_BACKLASH * joint.map_or(0.0, |joint| joint.backlash_half_rad),
@@ -180,6 +180,13 @@ impl Axis {
         } else {
             0.0
         };
+    }
+
+    /// The state as it is seen from outside.
+    pub(crate) fn state(&self, y: &Vector) -> State {
+        let mut state = State::from_vector(y);
+        state.beta_rad += self.start_rad;
+        state
     }
 
     /// True if a loaded flank lets go where it would pull.
@@ -261,16 +268,14 @@ impl Axis {
         now: (f64, Side),
         y: &Vector,
     ) -> Vector {
-        let (beta_dot, epsilon_dot) = (y[BETA_DOT], y[EPSILON_DOT]);
-        let gamma_ddot = self.screw_acceleration(mode, y);
-        let (beta_ddot, epsilon_ddot) = match self.joint {
-            None => (gamma_ddot, 0.0),
+        let (beta_dot, gamma_ddot) = (y[BETA_DOT], self.screw_acceleration(mode, y));
+        let beta_ddot = match self.joint {
+            None => gamma_ddot,
+            // β̈ = (k_m·I/z − Ψ)/J1, eq. 11 and 15.
             Some(joint) => {
-                // β̈ = (k_m·I/z − Ψ)/J1, eq. 11 and 15.
-                let psi = joint.torque_nm(mode.joint, y[EPSILON], epsilon_dot);
+                let psi = joint.torque_nm(mode.joint, y[EPSILON], y[EPSILON_DOT]);
                 let motor_nm = self.motor.torque_nm(y[CURRENT]) / self.gear_ratio;
-                let beta_ddot = (motor_nm - psi) / self.gear_inertia;
-                (beta_ddot, beta_ddot - gamma_ddot)
+                (motor_nm - psi) / self.gear_inertia
             }
         };
         let command = self.command(mode, drive, now.0, y);
@@ -285,8 +290,8 @@ impl Axis {
         Vector::from([
             beta_dot,
             beta_ddot,
-            epsilon_dot,
-            epsilon_ddot,
+            y[EPSILON_DOT],
+            beta_ddot - gamma_ddot,
             current_rate,
             beta_integral_rate,
             current_integral_rate,
@@ -295,14 +300,14 @@ impl Axis {
 
     /// `γ̈` \[rad/s²\]: eq. 15 with a joint, eq. 19 without, 0 while stuck.
     pub(crate) fn screw_acceleration(&self, mode: &Mode, y: &Vector) -> f64 {
-        if mode.guide == GuideMode::Stuck {
-            return 0.0;
-        }
         self.accelerating_torque_nm(mode, y) / self.moved_inertia()
     }
 
     /// Torque that turns the screw less what resistance and loads take of it \[N m\].
     fn accelerating_torque_nm(&self, mode: &Mode, y: &Vector) -> f64 {
+        if mode.guide == GuideMode::Stuck {
+            return 0.0;
+        }
         let force_n = self.resistance.force_n(mode.guide, gamma_dot(y)) + self.load_force_n;
         self.moving_torque_nm(mode, y) - self.pitch_m_per_rad * force_n
     }
@@ -361,9 +366,6 @@ impl Axis {
 
     /// `ẍ = p·γ̈` \[m/s²\].
     pub(crate) fn carriage_acceleration_mps2(&self, mode: &Mode, y: &Vector) -> f64 {
-        if mode.guide == GuideMode::Stuck {
-            return 0.0;
-        }
         self.accelerating_torque_nm(mode, y) * self.pitch_per_inertia
     }
 

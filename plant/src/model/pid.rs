@@ -82,16 +82,14 @@ impl ContinuousPid {
     /// True if two laws are the same, to the bit but for the motion's sign of zero.
     pub(crate) fn is_same_law(&self, other: &Self) -> bool {
         let numbers = |pid: &Self| {
-            let gains = &pid.gains;
-            let [kp, ki, kd] = [gains.kp, gains.ki_per_s, gains.kd_s];
+            let PidGains { kp, ki_per_s, kd_s } = pid.gains;
             let (k0, limit) = (pid.loop_gain, pid.limit);
             let (z, s) = (pid.gear_ratio, pid.radians_per_m);
-            [kp, ki, kd, k0, limit, z, s]
+            [kp, ki_per_s, kd_s, k0, limit, z, s].map(f64::to_bits)
         };
         // All of them without a branch: this is asked in every row.
         let pairs = numbers(self).into_iter().zip(numbers(other));
-        pairs.fold(0, |differ, (a, b)| differ | (a.to_bits() ^ b.to_bits())) == 0
-            && self.motion == other.motion
+        pairs.fold(0, |differ, (a, b)| differ | (a ^ b)) == 0 && self.motion == other.motion
     }
 
     /// `V_m = K_0·[K_p·e + K_i·∫e + K_d·ė]` before the amplifier's limit,

@@ -61,19 +61,6 @@ impl Axis {
         }
     }
 
-    /// Rate of the voltage at the motor, from those of command and state \[V/s\].
-    pub(crate) fn stage_voltage_rate(
-        &self,
-        mode: StageMode,
-        command_rate: f64,
-        dy: &Vector,
-    ) -> f64 {
-        match mode {
-            StageMode::Saturated(_) | StageMode::Overrun(_) => 0.0,
-            _ => self.stage_voltage_v(mode, command_rate, dy),
-        }
-    }
-
     /// The mode that the state alone suggests.
     pub(crate) fn stage_of_state(&self, command: f64, y: &Vector) -> StageMode {
         match self.stage {

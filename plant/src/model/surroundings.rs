@@ -1,6 +1,8 @@
 //! What surrounds the axis: the amplifier that drives it, forces on its carriage, and
 //! where it starts.
 
+use std::collections::BTreeSet;
+
 use super::amplifier::Amplifier;
 use super::direction::Direction;
 use super::joint::Transmission;
@@ -14,13 +16,6 @@ pub struct Load {
     pub to_ns: Option<u64>,
     /// The force \[N\].
     pub force_n: f64,
-}
-
-impl Load {
-    /// True at the instants at which it acts \[ns\].
-    pub fn acts_at(&self, now_ns: u64) -> bool {
-        self.from_ns <= now_ns && self.to_ns.is_none_or(|to_ns| now_ns < to_ns)
-    }
 }
 
 /// Where the joint stands at the start, the carriage at zero and all at rest.
@@ -84,22 +79,21 @@ impl Surroundings {
 
     /// The force on the carriage at an instant \[ns\], in newtons.
     pub fn force_at_n(&self, now_ns: u64) -> f64 {
-        let acting = self.loads.iter().filter(|load| load.acts_at(now_ns));
+        let acting = self
+            .loads
+            .iter()
+            .filter(|load| load.from_ns <= now_ns && load.to_ns.is_none_or(|to_ns| now_ns < to_ns));
         acting.fold(self.load_force_n, |sum, load| sum + load.force_n)
     }
 
     /// The force from each instant on at which it changes \[ns, N\], the first at 0.
     pub(crate) fn forces(&self) -> Vec<(u64, f64)> {
-        let edges = self.loads.iter().flat_map(|load| {
-            let to_ns = load.to_ns.into_iter();
-            core::iter::once(load.from_ns).chain(to_ns)
-        });
-        let mut instants: Vec<u64> = edges.chain([0]).collect();
-        instants.sort_unstable();
-        instants.dedup();
-        instants
+        let edges = self
+            .loads
             .iter()
-            .map(|&now_ns| (now_ns, self.force_at_n(now_ns)))
-            .collect()
+            .flat_map(|load| [Some(load.from_ns), load.to_ns]);
+        let instants: BTreeSet<u64> = edges.flatten().chain([0]).collect();
+        let at = |now_ns| (now_ns, self.force_at_n(now_ns));
+        instants.into_iter().map(at).collect()
     }
 }

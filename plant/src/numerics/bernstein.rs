@@ -28,12 +28,12 @@ impl Polynomial<8> {
     /// out, so that rounding cannot find the crossing that began the step
     /// again. Its value at θ = 0 is known to be at least 0, and is held there.
     ///
-    /// `B_{j+1,7}/θ = C(7,j+1)/C(6,j)·B_{j,6} = 7/(j + 1)·B_{j,6}`.
+    /// `B_{j,7}/θ = C(7,j)/C(6,j−1)·B_{j−1,6} = 7/j·B_{j−1,6}`.
     pub(crate) fn without_root_at_start(&self) -> Polynomial<7> {
         let [start, others @ ..] = self.bernstein;
         let mut bernstein = others;
-        for (j, b) in bernstein.iter_mut().enumerate() {
-            *b = (*b - start) * 7.0 / index(j + 1);
+        for (j, b) in (1_u8..).zip(&mut bernstein) {
+            *b = (*b - start) * 7.0 / f64::from(j);
         }
         bernstein[0] = bernstein[0].max(0.0);
         Polynomial { bernstein }
@@ -119,11 +119,6 @@ pub(crate) fn halves<W: Width, const N: usize>(
         }
     }
     (left, right)
-}
-
-/// A small index as a factor.
-fn index(i: usize) -> f64 {
-    f64::from(u8::try_from(i).unwrap_or(u8::MAX))
 }
 
 /// The instants within a step at which a quantity is looked at.

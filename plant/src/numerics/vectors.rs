@@ -29,24 +29,17 @@ impl Vectors {
 
     /// Name of the instructions that runs use now.
     pub fn in_use() -> &'static str {
-        let level = widest();
-        #[cfg(target_arch = "x86_64")]
-        for (name, here) in [
-            ("AVX-512", level.as_avx512().is_some()),
-            ("AVX2", level.as_avx2().is_some()),
-            ("SSE2", level.as_sse2().is_some()),
-        ] {
-            if here {
-                return name;
-            }
-        }
-        #[cfg(target_arch = "aarch64")]
-        if level.as_neon().is_some() {
-            return "NEON";
-        }
-        match level.is_fallback() {
-            true => "none",
-            false => "the least of this architecture",
+        match widest() {
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512(_) => "AVX-512",
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2(_) => "AVX2",
+            #[cfg(target_arch = "x86_64")]
+            level if level.as_sse2().is_some() => "SSE2",
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon(_) => "NEON",
+            level if level.is_fallback() => "none",
+            _ => "the least of this architecture",
         }
     }
 }
@@ -67,7 +60,15 @@ impl FromStr for Vectors {
 /// The widest instructions that may be used.
 pub fn widest() -> Level {
     let level = Level::new();
-    lowered(level).unwrap_or(level)
+    #[cfg(target_arch = "x86_64")]
+    let lowered = match MOST.load(Ordering::Relaxed) {
+        most if most == Vectors::Sse2 as usize => level.as_sse2().map(Level::Sse2),
+        most if most == Vectors::Avx2 as usize => level.as_avx2().map(Level::Avx2),
+        _ => None,
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    let lowered = None;
+    lowered.unwrap_or(level)
 }
 
 /// Does something of a single run with the instructions for four numbers, where a level has
@@ -103,18 +104,3 @@ macro_rules! in_fours {
     }};
 }
 pub(crate) use in_fours;
-
-/// Narrower ones, where those of the level may not be used.
-#[cfg(target_arch = "x86_64")]
-fn lowered(level: Level) -> Option<Level> {
-    match MOST.load(Ordering::Relaxed) {
-        most if most == Vectors::Sse2 as usize => level.as_sse2().map(Level::Sse2),
-        most if most == Vectors::Avx2 as usize => level.as_avx2().map(Level::Avx2),
-        _ => None,
-    }
-}
-
-#[cfg(not(target_arch = "x86_64"))]
-fn lowered(_: Level) -> Option<Level> {
-    None
-}

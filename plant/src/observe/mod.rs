@@ -96,9 +96,7 @@ impl Span<'_> {
     /// State at `start + θ·length`, 0 ≤ θ ≤ 1. Solver `rk4` has only the ends
     /// and a cubic between them.
     pub fn state_at(&self, theta: f64) -> State {
-        let mut state = State::from_vector(&self.vector_at(theta));
-        state.beta_rad += self.axis.start_rad;
-        state
+        self.axis.state(&self.vector_at(theta))
     }
 
     /// Carriage acceleration at `start + θ·length` \[m/s²\].
@@ -150,35 +148,6 @@ impl Span<'_> {
         if theta < 1.0 { start } else { end }
     }
 
-    /// True if the motor has `±V_max`; of a held voltage without a current limit the
-    /// caller knows.
-    pub fn is_voltage_limited(&self) -> bool {
-        let mode = &self.modes.0;
-        let at_limit = mode.amplifier != AmplifierMode::Linear;
-        match (self.axis.stage, mode.stage) {
-            (_, StageMode::Saturated(_) | StageMode::Overrun(_)) => true,
-            (Stage::Voltage, _) => at_limit,
-            (Stage::LimitedVoltage { limit_v, .. }, StageMode::Follows) => match self.drive {
-                Drive::Held(voltage_v) => voltage_v.abs() >= limit_v,
-                Drive::Feedback(_) => at_limit,
-            },
-            _ => false,
-        }
-    }
-
-    /// True if the current is held at its limit or beyond it, or its command stands at its
-    /// own; of a held command the caller knows.
-    pub fn is_current_limited(&self) -> bool {
-        let mode = &self.modes.0;
-        match self.axis.stage {
-            Stage::Voltage => false,
-            Stage::LimitedVoltage { .. } => mode.stage != StageMode::Follows,
-            Stage::IdealCurrent | Stage::CurrentLoop { .. } => {
-                mode.amplifier != AmplifierMode::Linear
-            }
-        }
-    }
-
     pub(crate) fn vector_at(&self, theta: f64) -> Vector {
         let (y0, y1) = self.y;
         match theta {
@@ -190,14 +159,32 @@ impl Span<'_> {
 }
 
 impl Extremes {
-    /// Counts the time at a limit.
+    /// Counts the time with `±V_max` at the motor, and that with the current held at its limit
+    /// or beyond or its command at its own; of a held command that stands at a limit, but for
+    /// that of a voltage drive with a current limit, the caller knows.
     #[cold]
     fn count_limits(&mut self, span: &Span<'_>) {
-        if span.is_voltage_limited() {
-            self.voltage_limited_s += span.length_s();
+        let mode = &span.modes.0;
+        let at_limit = mode.amplifier != AmplifierMode::Linear;
+        let voltage_is_limited = match (span.axis.stage, mode.stage) {
+            (_, StageMode::Saturated(_) | StageMode::Overrun(_)) => true,
+            (Stage::Voltage, _) => at_limit,
+            (Stage::LimitedVoltage { limit_v, .. }, StageMode::Follows) => match span.drive {
+                Drive::Held(voltage_v) => voltage_v.abs() >= limit_v,
+                Drive::Feedback(_) => at_limit,
+            },
+            _ => false,
+        };
+        let current_is_limited = match span.axis.stage {
+            Stage::Voltage => false,
+            Stage::LimitedVoltage { .. } => mode.stage != StageMode::Follows,
+            Stage::IdealCurrent | Stage::CurrentLoop { .. } => at_limit,
+        };
+        if voltage_is_limited {
+            self.voltage_limited_s += span.length_s;
         }
-        if span.is_current_limited() {
-            self.current_limited_s += span.length_s();
+        if current_is_limited {
+            self.current_limited_s += span.length_s;
         }
     }
 }

@@ -37,23 +37,24 @@ impl Automaton {
         tolerance: f64,
         watch: &mut impl Watch,
     ) -> Result<(), PlantError> {
-        let mut interval = Interval::new(seconds(self.time_ns), seconds(length_ns));
-        let interval = &mut interval;
+        let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
+        let mut interval = Interval::new(start_s, length_s);
         self.take_up(drive);
-        if let Drive::Held(_) = drive {
-            // The command jumps at every interval's start.
-            steps.restart();
-        }
-        if let Drive::Feedback(pid) = drive {
-            let breaks_s = pid.motion().breaks_from(interval.start_s).iter();
-            let (start_s, length_s) = (interval.start_s, interval.length_s);
-            for offset_s in breaks_s.map(|t| t - start_s).take_while(|&t| t < length_s) {
-                if offset_s > interval.done_s {
-                    self.advance_piece(steps, drive, interval, offset_s, tolerance, watch)?;
-                }
+        let breaks_s = match drive {
+            Drive::Held(_) => {
+                // The command jumps at every interval's start.
+                steps.restart();
+                &[]
+            }
+            Drive::Feedback(pid) => pid.motion().breaks_from(start_s),
+        };
+        let breaks_s = breaks_s.iter().map(|t| t - start_s);
+        for end_s in breaks_s.take_while(|&t| t < length_s).chain([length_s]) {
+            if end_s > interval.done_s {
+                self.advance_piece(steps, drive, &mut interval, end_s, tolerance, watch)?;
             }
         }
-        self.advance_piece(steps, drive, interval, interval.length_s, tolerance, watch)
+        Ok(())
     }
 
     /// Advances to `end_s` after the interval's start; the right-hand side is
@@ -97,7 +98,6 @@ impl Automaton {
                 None => {
                     self.accept(drive, &step, reach, watch);
                     interval.done_s = if last { end_s } else { interval.done_s + h };
-                    self.fresh = None;
                     f0 = step.f1;
                     steps.accept(h, error, last);
                 }
@@ -105,7 +105,6 @@ impl Automaton {
                     let (shorter, hit) = self.locate(drive, &rates, &step, guard, theta);
                     self.accept(drive, &shorter, reach, watch);
                     interval.done_s += shorter.h;
-                    self.fresh = None;
                     f0 = shorter.f1;
                     if hit {
                         interval.count_event()?;
@@ -118,7 +117,7 @@ impl Automaton {
         Ok(())
     }
 
-    /// Hands the step to the observer and moves to its end.
+    /// Hands the step to the observer and moves to its end, off the surface it began on.
     fn accept(&mut self, drive: &Drive<'_>, step: &Step, reach: Reach, watch: &mut impl Watch) {
         let piece = SteppedPiece {
             dense: Some((step, 0.0, 1.0)),
@@ -126,6 +125,7 @@ impl Automaton {
             reach,
         };
         self.move_along(drive, (step.start_s, step.h), step.y1, &piece, watch);
+        self.fresh = None;
     }
 
     /// The guard that is first to fall below zero within the step, and where.
@@ -298,12 +298,9 @@ impl StepSize {
     /// says little about the next.
     fn accept(&mut self, h: f64, error: f64, last: bool) {
         let wanted_s = h * growth(error);
-        let longer = |known_s: f64| {
-            if last {
-                wanted_s.max(known_s)
-            } else {
-                wanted_s
-            }
+        let longer = |known_s: f64| match last {
+            true => wanted_s.max(known_s),
+            false => wanted_s,
         };
         self.next_s = longer(self.next_s);
         if self.restarted {

@@ -11,6 +11,7 @@ use crate::hybrid::guard::Guard;
 use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::joint::{ElasticJoint, JointMode};
+use crate::model::motion::MotionPoint;
 use crate::model::pid::{PidGains, Side};
 use crate::model::rates::Rates;
 use crate::model::resistance::GuideMode;
@@ -219,17 +220,17 @@ struct Quantity<'a, V> {
     ends: Ends,
     /// Largest distance from the cubic through its ends.
     reach: f64,
-    /// Of time and state within the span.
+    /// Of time, state and mode within the span.
     value: V,
 }
 
-impl<'a, V: Fn(f64, &Vector) -> f64> Quantity<'a, V> {
+impl<'a, V: Fn(f64, &Vector, &Mode) -> f64> Quantity<'a, V> {
     /// The polynomial through the ends and the nodes between them.
     fn septic(&self) -> Polynomial<8> {
         let span = self.span;
         self.ends.septic(NODES.map(|theta| {
             let time_s = span.start_s + theta * span.length_s;
-            (self.value)(time_s, &span.vector_at(theta))
+            (self.value)(time_s, &span.vector_at(theta), &span.modes.0)
         }))
     }
 
@@ -257,10 +258,10 @@ impl<'a, V: Fn(f64, &Vector) -> f64> Quantity<'a, V> {
     /// The product with another quantity. With `V = V0 + v` and `I = I0 + i` it strays from
     /// the cubic through its ends as V0·i and I0·v do, and by v·i and the cubic of that: less
     /// than 8 products of their excursions (see [`Axis::acceleration_reach`]).
-    fn times<'b, W: Fn(f64, &Vector) -> f64>(
+    fn times<'b, W: Fn(f64, &Vector, &Mode) -> f64>(
         &'b self,
         other: &'b Quantity<'a, W>,
-    ) -> Quantity<'b, impl Fn(f64, &Vector) -> f64> {
+    ) -> Quantity<'b, impl Fn(f64, &Vector, &Mode) -> f64> {
         let (v, i) = (&self.ends, &other.ends);
         Quantity {
             span: self.span,
@@ -272,7 +273,9 @@ impl<'a, V: Fn(f64, &Vector) -> f64> Quantity<'a, V> {
             reach: v.values[0].abs() * other.reach
                 + i.values[0].abs() * self.reach
                 + 8.0 * self.excursion() * other.excursion(),
-            value: |t: f64, y: &Vector| (self.value)(t, y) * (other.value)(t, y),
+            value: |t: f64, y: &Vector, mode: &Mode| {
+                (self.value)(t, y, mode) * (other.value)(t, y, mode)
+            },
         }
     }
 }
@@ -285,18 +288,20 @@ struct Stepped<'a> {
 }
 
 impl<'a> Stepped<'a> {
-    /// A quantity over the span, from its value and rate at both ends (given
-    /// instant, state, derivative, mode), its value between them and how
-    /// far it may be from the cubic through its ends.
-    fn quantity<V: Fn(f64, &Vector) -> f64>(
+    /// A quantity over the span, from its value, its rate at the ends and how far it may be
+    /// from the cubic through these.
+    fn quantity<V: Fn(f64, &Vector, &Mode) -> f64>(
         &self,
-        probe: impl Fn((f64, Side), &Vector, &Vector, &Mode) -> (f64, f64),
         value: V,
+        rate: impl Fn((f64, Side), &Vector, &Vector, &Mode) -> f64,
         reach: f64,
     ) -> Quantity<'a, V> {
         let (span, (f0, f1)) = (self.span, self.piece.rates);
-        let start = probe((span.start_s, Side::After), span.y.0, f0, &span.modes.0);
-        let end = probe((span.end_s(), Side::Before), span.y.1, f1, &span.modes.1);
+        let end = |now: (f64, Side), y: &Vector, dy: &Vector, mode: &Mode| {
+            (value(now.0, y, mode), rate(now, y, dy, mode))
+        };
+        let start = end((span.start_s, Side::After), span.y.0, f0, &span.modes.0);
+        let end = end((span.end_s(), Side::Before), span.y.1, f1, &span.modes.1);
         Quantity {
             span,
             ends: Ends::new(start, end, span.length_s),
@@ -306,43 +311,38 @@ impl<'a> Stepped<'a> {
     }
 
     /// Carriage acceleration `p·γ̈` over the span \[m/s²\].
-    fn acceleration(&self) -> Quantity<'a, impl Fn(f64, &Vector) -> f64> {
-        let (axis, mode) = (self.span.axis, &self.span.modes.0);
-        let value = |mode: &Mode, y: &Vector| axis.carriage_acceleration_mps2(mode, y);
-        let rate = |mode: &Mode, y: &Vector, dy: &Vector| {
-            axis.pitch_m_per_rad * axis.screw_jerk(mode, y, dy)
-        };
+    fn acceleration(&self) -> Quantity<'a, impl Fn(f64, &Vector, &Mode) -> f64> {
+        let axis = self.span.axis;
         self.quantity(
-            |_, y, dy, mode| (value(mode, y), rate(mode, y, dy)),
-            move |_, y| value(mode, y),
-            axis.acceleration_reach(mode, &self.piece.reach),
+            |_, y, mode| axis.carriage_acceleration_mps2(mode, y),
+            |_, y, dy, mode| axis.pitch_m_per_rad * axis.screw_jerk(mode, y, dy),
+            axis.acceleration_reach(&self.span.modes.0, &self.piece.reach),
         )
     }
 
     /// Armature current over the span \[A\].
-    fn current(&self) -> Quantity<'a, impl Fn(f64, &Vector) -> f64> {
+    fn current(&self) -> Quantity<'a, impl Fn(f64, &Vector, &Mode) -> f64> {
         self.quantity(
-            |_, y, dy, _| (y[CURRENT], dy[CURRENT]),
-            |_, y| y[CURRENT],
+            |_, y, _| y[CURRENT],
+            |_, _, dy, _| dy[CURRENT],
             self.piece.reach.stray.states[CURRENT],
         )
     }
 
     /// Motor voltage over the span \[V\].
-    fn voltage(&self) -> Quantity<'a, impl Fn(f64, &Vector) -> f64> {
-        let (axis, drive, mode) = (self.span.axis, self.span.drive, &self.span.modes.0);
-        let rate = |now, y: &Vector, dy: &Vector, mode: &Mode| {
-            let rates = [dy[BETA], dy[BETA_DOT]];
-            let command_rate = axis.command_rate(mode, drive, now, y[BETA], rates);
-            axis.stage_voltage_rate(mode.stage, command_rate, dy)
-        };
+    fn voltage(&self) -> Quantity<'a, impl Fn(f64, &Vector, &Mode) -> f64> {
+        let (axis, drive) = (self.span.axis, self.span.drive);
         self.quantity(
+            |t, y, mode| axis.voltage_v(mode, drive, t, y),
             |now, y, dy, mode| {
-                let voltage_v = axis.voltage_v(mode, drive, now.0, y);
-                (voltage_v, rate(now, y, dy, mode))
+                let rates = [dy[BETA], dy[BETA_DOT]];
+                let command_rate = axis.command_rate(mode, drive, now, y[BETA], rates);
+                match mode.stage {
+                    StageMode::Saturated(_) | StageMode::Overrun(_) => 0.0,
+                    stage => axis.stage_voltage_v(stage, command_rate, dy),
+                }
             },
-            move |t, y| axis.voltage_v(mode, drive, t, y),
-            axis.voltage_reach(mode, drive, &self.piece.reach),
+            axis.voltage_reach(&self.span.modes.0, drive, &self.piece.reach),
         )
     }
 
@@ -351,10 +351,9 @@ impl<'a> Stepped<'a> {
         let (span, axis) = (self.span, self.span.axis);
         let (band_m, p) = (extremes.settings.settling_band_m, axis.pitch_m_per_rad);
         let target_m = extremes.settings.motion.travel_m();
-        let value = |y: &Vector| target_m - p * axis.screw_angle_rad(y);
         let distance = self.quantity(
-            |_, y, dy, _| (value(y), -p * gamma(dy)),
-            |_, y| value(y),
+            |_, y, _| target_m - p * axis.screw_angle_rad(y),
+            |_, _, dy, _| -p * gamma(dy),
             p.abs() * self.piece.reach.stray.gamma,
         );
         if distance.ends.values[1].abs() > band_m {
@@ -369,28 +368,30 @@ impl<'a> Stepped<'a> {
     /// Raises the following errors, where the command is smooth.
     fn follow(&self, extremes: &mut Extremes) {
         let (span, reach) = (self.span, &self.piece.reach);
+        let ((y0, y1), (f0, f1)) = (span.y, self.piece.rates);
         let start = extremes.command_at(span.start_s);
         let motion = &extremes.settings.motion;
         let end = motion.at(span.end_s());
+        let p = span.axis.pitch_m_per_rad;
+        let command_reach = reach.command(motion.fourth_derivatives.displacement_m);
         // `x_ref − p·angle` with the angle of the carriage, γ, or of the motor, β.
         let error = |angle: fn(&Vector) -> f64, start_rad: f64, stray_rad: f64| {
-            let p = span.axis.pitch_m_per_rad;
-            self.quantity(
-                move |(_, side), y, dy, _| {
-                    let command = if side == Side::After { start } else { end };
-                    (
-                        command.displacement_m - p * (angle(y) + start_rad),
-                        command.velocity_mps - p * angle(dy),
-                    )
-                },
-                move |t, y| motion.at(t).displacement_m - p * (angle(y) + start_rad),
-                reach.command(motion.fourth_derivatives.displacement_m) + p.abs() * stray_rad,
-            )
+            let value = move |x_m: f64, y: &Vector| x_m - p * (angle(y) + start_rad);
+            let at = |command: MotionPoint, y: &Vector, dy: &Vector| {
+                let rate = command.velocity_mps - p * angle(dy);
+                (value(command.displacement_m, y), rate)
+            };
+            Quantity {
+                span,
+                ends: Ends::new(at(start, y0, f0), at(end, y1, f1), span.length_s),
+                reach: command_reach + p.abs() * stray_rad,
+                value: move |t: f64, y: &Vector, _: &Mode| value(motion.at(t).displacement_m, y),
+            }
         };
-        error(gamma, span.axis.start_rad, reach.stray.gamma)
-            .raise(&mut extremes.peak_following_error_m);
-        error(|y| y[BETA], 0.0, reach.stray.states[BETA])
-            .raise(&mut extremes.peak_motor_following_error_m);
+        let of_carriage = error(gamma, span.axis.start_rad, reach.stray.gamma);
+        of_carriage.raise(&mut extremes.peak_following_error_m);
+        let of_motor = error(|y| y[BETA], 0.0, reach.stray.states[BETA]);
+        of_motor.raise(&mut extremes.peak_motor_following_error_m);
         extremes.command_at_end = Some((span.end_s(), end));
     }
 

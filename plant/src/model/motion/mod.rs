@@ -1,9 +1,9 @@
 //! Motion command in closed form: seven intervals (paper, Fig. 6), such moves in a row,
 //! or a profile through given points.
 //!
-//! Within the seven intervals the acceleration is a quarter sine up (`t1`), constant (`t2`), a quarter
-//! cosine down (`t3`), rest (`t4`), then the mirrored three below zero
-//! (`t5`-`t7`). Any interval may be zero. Either amplitude follows from zero
+//! Within the seven intervals the acceleration is a quarter sine up (`t1`), constant (`t2`),
+//! a quarter cosine down (`t3`), rest (`t4`), then the mirrored three below zero
+//! (`t5`-`t7`), any of them possibly zero. Either amplitude follows from zero
 //! final speed and the travel; before 0 and from the end on the axis rests.
 //! Each segment has the form
 //!
@@ -12,9 +12,7 @@
 //! ```
 //!
 //! and is integrated by hand three times: velocity, displacement and the
-//! integral of displacement, which the continuous PID needs (eq. 28-29).
-//! Sine and cosine come from the `libm` crate so that every machine computes
-//! the same bits. For solver `exact` the command is the state of a linear system
+//! integral of displacement, which the continuous PID needs (eq. 28-29). For solver `exact` the command is the state of a linear system
 //! ([`Oscillator`]) and a power series.
 
 mod limits;
@@ -217,16 +215,14 @@ impl Motion {
             ..MotionPoint::default()
         };
         let end_s = segments[6].start_s + segments[6].duration_s;
-        let mut breaks_s = [end_s; 7];
-        for (break_s, segment) in breaks_s.iter_mut().zip(&segments[1..]) {
-            *break_s = segment.start_s;
-        }
+        let starts_s = segments[1..].iter().map(|s| s.start_s);
+        let breaks_s = starts_s.chain([end_s]).collect();
         if !segments.iter().all(|s| s.amplitude_mps2.is_finite()) {
             return Err(MotionError::OutOfRange);
         }
         let segments = segments.into_iter().filter(|s| s.duration_s > 0.0);
         let course = Course::Intervals(intervals_s);
-        Self::of_segments(segments.collect(), breaks_s.to_vec(), end, course)
+        Self::of_segments(segments.collect(), breaks_s, end, course)
     }
 
     /// The moves one after the other, each from where the one before it ended, with a
@@ -383,9 +379,8 @@ impl Motion {
     /// Those between two instants, neither included.
     pub fn breaks_between(&self, start_s: f64, end_s: f64) -> &[f64] {
         let first = self.breaks_s.partition_point(|&t| t <= start_s);
-        let later = self.breaks_s.get(first..).unwrap_or_default();
-        let many = later.partition_point(|&t| t < end_s);
-        later.get(..many).unwrap_or_default()
+        let last = self.breaks_s.partition_point(|&t| t < end_s);
+        self.breaks_s.get(first..last).unwrap_or_default()
     }
 
     /// Largest magnitude of the commanded acceleration from 0 to `time_s`
@@ -456,15 +451,14 @@ impl Motion {
         let moved = segment.and_then(|s| s.oscillator((time_s - s.start_s).max(0.0)));
         moved.unwrap_or_else(|| {
             let point = self.at(time_s);
-            let still = point.acceleration_mps2 == 0.0;
+            let coupling = match point.acceleration_mps2 {
+                0.0 => self.still,
+                _ => Coupling::default(),
+            };
             Oscillator {
                 point,
                 quadrature_mps2: 0.0,
-                coupling: if still {
-                    self.still
-                } else {
-                    Coupling::default()
-                },
+                coupling,
             }
         })
     }
@@ -480,34 +474,24 @@ fn on_nanosecond(time_s: f64) -> f64 {
     }
 }
 
-const SHAPES: [Shape; 7] = {
-    use Shape::{Constant, Fall, Rise};
-    [Rise, Constant, Fall, Constant, Rise, Constant, Fall]
-};
-
 /// Strings the seven segments together and returns them with the end point.
-fn chain(intervals_s: &[f64; 7], accelerate: f64, decelerate: f64) -> ([Segment; 7], MotionPoint) {
-    let mut point = MotionPoint::default();
-    let mut start_s = 0.0;
-    let mut index = 0;
-    let segments = intervals_s.map(|duration_s| {
-        let amplitude_mps2 = match index {
-            0..=2 => accelerate,
-            3 => 0.0,
-            _ => decelerate,
-        };
+fn chain(intervals_s: &[f64; 7], up: f64, down: f64) -> ([Segment; 7], MotionPoint) {
+    use Shape::{Constant, Fall, Rise};
+    let shapes = [Rise, Constant, Fall, Constant, Rise, Constant, Fall];
+    let amplitudes_mps2 = [up, up, up, 0.0, down, down, down];
+    let (mut point, mut start_s) = (MotionPoint::default(), 0.0);
+    let segments = core::array::from_fn(|index| {
         let segment = Segment {
             start_s,
-            duration_s,
-            shape: SHAPES[index],
-            amplitude_mps2,
+            duration_s: intervals_s[index],
+            shape: shapes[index],
+            amplitude_mps2: amplitudes_mps2[index],
             start: point,
         };
-        if duration_s > 0.0 {
-            point = segment.at(duration_s);
+        if segment.duration_s > 0.0 {
+            point = segment.at(segment.duration_s);
         }
-        start_s += duration_s;
-        index += 1;
+        start_s += segment.duration_s;
         segment
     });
     (segments, point)

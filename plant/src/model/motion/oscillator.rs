@@ -13,21 +13,6 @@ pub(crate) struct Coupling {
     pub(crate) down_per_s: f64,
 }
 
-impl Coupling {
-    /// Of a constant jerk, which is w.
-    pub(super) const RAMP: Self = Self {
-        up_per_s: 1.0,
-        down_per_s: 0.0,
-    };
-
-    pub(super) fn of_sine(omega_radps: f64) -> Self {
-        Self {
-            up_per_s: omega_radps,
-            down_per_s: omega_radps,
-        }
-    }
-}
-
 /// The command as a linear system of its own within one interval.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Oscillator {

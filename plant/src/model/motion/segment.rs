@@ -36,11 +36,20 @@ impl Segment {
 
     /// The command `tau_s` after the start of the segment.
     pub(super) fn at(&self, tau_s: f64) -> MotionPoint {
-        let (a, t) = (self.amplitude_mps2, tau_s);
+        let (a, t, s) = (self.amplitude_mps2, tau_s, &self.start);
+        let (v, x, q) = (s.velocity_mps, s.displacement_m, s.displacement_integral_ms);
         // The three integrals of the shape, each 0 at τ = 0.
         let (shape, once, twice, thrice) = match self.shape {
             Shape::Constant => (1.0, t, t * t / 2.0, t * t * t / 6.0),
-            Shape::Ramp(jerk_mps3) => return self.on_ramp(jerk_mps3, t),
+            Shape::Ramp(j) => {
+                return MotionPoint {
+                    acceleration_mps2: a + j * t,
+                    velocity_mps: v + t * (a + j * t / 2.0),
+                    displacement_m: x + t * (v + t * (a / 2.0 + j * t / 6.0)),
+                    displacement_integral_ms: q + t
+                        * (x + t * (v / 2.0 + t * (a / 6.0 + j * t / 24.0))),
+                };
+            }
             Shape::Rise => {
                 let w = self.omega_radps();
                 let sin = libm::sin(w * t);
@@ -59,24 +68,11 @@ impl Segment {
                 (cos, sin / w, versine / (w * w), (t - sin / w) / (w * w))
             }
         };
-        let s = &self.start;
-        let (v0, x0, q0) = (s.velocity_mps, s.displacement_m, s.displacement_integral_ms);
         MotionPoint {
             acceleration_mps2: a * shape,
-            velocity_mps: v0 + a * once,
-            displacement_m: x0 + (v0 * t + a * twice),
-            displacement_integral_ms: q0 + (x0 * t + (v0 * t * t / 2.0 + a * thrice)),
-        }
-    }
-
-    fn on_ramp(&self, jerk_mps3: f64, t: f64) -> MotionPoint {
-        let (a, j, s) = (self.amplitude_mps2, jerk_mps3, &self.start);
-        let (v, x, q) = (s.velocity_mps, s.displacement_m, s.displacement_integral_ms);
-        MotionPoint {
-            acceleration_mps2: a + j * t,
-            velocity_mps: v + t * (a + j * t / 2.0),
-            displacement_m: x + t * (v + t * (a / 2.0 + j * t / 6.0)),
-            displacement_integral_ms: q + t * (x + t * (v / 2.0 + t * (a / 6.0 + j * t / 24.0))),
+            velocity_mps: v + a * once,
+            displacement_m: x + (v * t + a * twice),
+            displacement_integral_ms: q + (x * t + (v * t * t / 2.0 + a * thrice)),
         }
     }
 
@@ -98,11 +94,15 @@ impl Segment {
     }
 
     pub(super) fn coupling(&self) -> Option<Coupling> {
-        match self.shape {
-            Shape::Constant => None,
-            Shape::Rise | Shape::Fall => Some(Coupling::of_sine(self.omega_radps())),
-            Shape::Ramp(_) => Some(Coupling::RAMP),
-        }
+        let (up_per_s, down_per_s) = match self.shape {
+            Shape::Constant => return None,
+            Shape::Rise | Shape::Fall => (self.omega_radps(), self.omega_radps()),
+            Shape::Ramp(_) => (1.0, 0.0),
+        };
+        Some(Coupling {
+            up_per_s,
+            down_per_s,
+        })
     }
 
     /// Largest magnitude of the acceleration up to `tau_s` \[m/s²\].
@@ -111,7 +111,7 @@ impl Segment {
         match self.shape {
             // A rise is largest at its end, which may not be reached.
             Shape::Rise => at_end(),
-            Shape::Constant | Shape::Fall => self.at(0.0).acceleration_mps2.abs(),
+            Shape::Constant | Shape::Fall => self.amplitude_mps2.abs(),
             Shape::Ramp(_) => self.amplitude_mps2.abs().max(at_end()),
         }
     }
@@ -131,39 +131,38 @@ impl Segment {
     /// Smallest and largest displacement before the end \[m\]: at the start, or on a ramp
     /// where it turns.
     pub(super) fn displacements_m(&self) -> (f64, f64) {
-        let mut range = (f64::INFINITY, f64::NEG_INFINITY);
         let turns_s = match self.shape {
             Shape::Ramp(jerk_mps3) => {
                 roots(self.start.velocity_mps, self.amplitude_mps2, jerk_mps3)
             }
             Shape::Rise | Shape::Constant | Shape::Fall => [f64::NAN; 2],
         };
-        let inside = turns_s
-            .into_iter()
-            .filter(|&tau_s| tau_s > 0.0 && tau_s < self.duration_s);
-        for tau_s in inside.chain([0.0]) {
+        let inside = |tau_s: &f64| *tau_s > 0.0 && *tau_s < self.duration_s;
+        let times_s = turns_s.into_iter().filter(inside).chain([0.0]);
+        times_s.fold((f64::INFINITY, f64::NEG_INFINITY), |range, tau_s| {
             let x_m = self.at(tau_s).displacement_m;
-            range = (range.0.min(x_m), range.1.max(x_m));
-        }
-        range
+            (range.0.min(x_m), range.1.max(x_m))
+        })
     }
 
     /// `d⁴/dt⁴` of v, x and its integral are a⁗ less one to three integrations:
     /// `A·ω³`, `A·ω²` and `A·ω` with the segment's own ω, 0 where a is constant; on a
     /// ramp only the integral has one, the jerk.
     pub(super) fn fourth_derivatives(&self) -> MotionPoint {
-        let mut largest = MotionPoint::default();
+        let (a, w) = (self.amplitude_mps2.abs(), self.omega_radps());
         match self.shape {
-            Shape::Constant => {}
-            Shape::Ramp(jerk_mps3) => largest.displacement_integral_ms = jerk_mps3.abs(),
-            Shape::Rise | Shape::Fall => {
-                let (a, w) = (self.amplitude_mps2.abs(), self.omega_radps());
-                largest.velocity_mps = a * w * w * w;
-                largest.displacement_m = a * w * w;
-                largest.displacement_integral_ms = a * w;
-            }
+            Shape::Constant => MotionPoint::default(),
+            Shape::Ramp(jerk_mps3) => MotionPoint {
+                displacement_integral_ms: jerk_mps3.abs(),
+                ..MotionPoint::default()
+            },
+            Shape::Rise | Shape::Fall => MotionPoint {
+                acceleration_mps2: 0.0,
+                velocity_mps: a * w * w * w,
+                displacement_m: a * w * w,
+                displacement_integral_ms: a * w,
+            },
         }
-        largest
     }
 }
 
