@@ -17,7 +17,7 @@
 //! ```
 
 use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
-use crate::model::axis::{Axis, Drive, Mode, demand};
+use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::direction::Direction;
 use crate::model::joint::{ElasticJoint, JointMode};
 use crate::model::pid::Side;
@@ -207,7 +207,7 @@ impl Axis {
                     return (1.0, 0.0);
                 };
                 let rate = pid.demand_rate(now.0, now.1, y[BETA], dy[BETA], dy[BETA_DOT]);
-                let demand = (demand(pid, now.0, y), rate);
+                let demand = (pid.demand(now.0, y), rate);
                 match guard {
                     Guard::Limit(_) => within(d, demand, pid.limit()),
                     _ => beyond(d, demand, pid.limit()),

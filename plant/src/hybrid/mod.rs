@@ -70,7 +70,7 @@ const MAX_EVENTS: u32 = 10_000;
 const MAX_EVENTS_AT_ONCE: u32 = 8;
 
 /// An interval that is advanced over from event to event.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Interval {
     pub(crate) start_s: f64,
     pub(crate) length_s: f64,
@@ -86,9 +86,7 @@ impl Interval {
         Self {
             start_s,
             length_s,
-            done_s: 0.0,
-            steps: 0.0,
-            events: 0,
+            ..Self::default()
         }
     }
 
@@ -98,22 +96,18 @@ impl Interval {
 
     /// Counts work of the run.
     pub(crate) fn count_work(&self, amount: u64, watch: &mut impl Watch) -> Result<(), PlantError> {
-        if !watch.work(amount) {
-            return Err(PlantError::OutOfWork {
-                time_s: self.now_s(),
-            });
-        }
-        Ok(())
+        let (time_s, goes_on) = (self.now_s(), watch.work(amount));
+        goes_on
+            .then_some(())
+            .ok_or(PlantError::OutOfWork { time_s })
     }
 
     pub(crate) fn count_event(&mut self) -> Result<(), PlantError> {
         self.events += 1;
-        if self.events > MAX_EVENTS {
-            return Err(PlantError::TooManyEvents {
-                time_s: self.now_s(),
-            });
-        }
-        Ok(())
+        let (time_s, goes_on) = (self.now_s(), self.events <= MAX_EVENTS);
+        goes_on
+            .then_some(())
+            .ok_or(PlantError::TooManyEvents { time_s })
     }
 }
 

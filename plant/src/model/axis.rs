@@ -17,7 +17,7 @@ use crate::model::motor::Motor;
 use crate::model::pid::{ContinuousPid, Side};
 use crate::model::resistance::{Carriage, GuideMode, Resistance};
 use crate::model::state::{
-    BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, State, Vector, gamma, gamma_dot,
+    BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State, Vector, gamma, gamma_dot,
 };
 use crate::model::surroundings::Surroundings;
 
@@ -47,6 +47,17 @@ pub enum Drive<'a> {
     Held(f64),
     /// The continuous law, behind the amplifier's limit; its transmission is the axis'.
     Feedback(&'a ContinuousPid),
+}
+
+impl Drive<'_> {
+    /// Rate of β̂, which is the continuous law's memory; a held command has none.
+    #[inline]
+    pub(crate) fn beta_integral_rate(&self, y: &Vector) -> f64 {
+        match self {
+            Self::Held(_) => 0.0,
+            Self::Feedback(_) => y[BETA],
+        }
+    }
 }
 
 /// Everything that selects the equations.
@@ -217,7 +228,7 @@ impl Axis {
             self.holding_torque_nm,
         );
         if let Drive::Feedback(pid) = drive {
-            let demand = demand(pid, time_s, y);
+            let demand = pid.demand(time_s, y);
             if demand.abs() >= pid.limit() {
                 mode.amplifier = AmplifierMode::AtLimit(Direction::of(demand));
             }
@@ -232,7 +243,7 @@ impl Axis {
     pub(crate) fn command(&self, mode: &Mode, drive: &Drive<'_>, time_s: f64, y: &Vector) -> f64 {
         match (drive, mode.amplifier) {
             (Drive::Held(command), _) => *command,
-            (Drive::Feedback(pid), AmplifierMode::Linear) => demand(pid, time_s, y),
+            (Drive::Feedback(pid), AmplifierMode::Linear) => pid.demand(time_s, y),
             (Drive::Feedback(pid), AmplifierMode::AtLimit(d)) => d.sign() * pid.limit(),
         }
     }
@@ -282,18 +293,13 @@ impl Axis {
         let command_rate = || self.command_rate(mode, drive, now, y[BETA], [beta_dot, beta_ddot]);
         let [current_rate, current_integral_rate] =
             self.stage_rates(mode.stage, command, command_rate, y);
-        // β̂ is the continuous law's memory; a held command has none.
-        let beta_integral_rate = match drive {
-            Drive::Held(_) => 0.0,
-            Drive::Feedback(_) => y[BETA],
-        };
         Vector::from([
             beta_dot,
             beta_ddot,
             y[EPSILON_DOT],
             beta_ddot - gamma_ddot,
             current_rate,
-            beta_integral_rate,
+            drive.beta_integral_rate(y),
             current_integral_rate,
         ])
     }
@@ -393,10 +399,4 @@ impl Axis {
             + (joint.map_or(0.0, |j| j.stored_energy_j(y[EPSILON]))
                 + 0.5 * field_h * current * current)
     }
-}
-
-/// The continuous law's demand before the amplifier's limit \[V, or A with a current
-/// drive\].
-pub(crate) fn demand(pid: &ContinuousPid, time_s: f64, y: &Vector) -> f64 {
-    pid.demand(time_s, y[BETA_INTEGRAL], y[BETA], y[BETA_DOT])
 }

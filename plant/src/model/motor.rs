@@ -33,11 +33,7 @@ impl Motor {
     /// assert_eq!(motor.current_rate(1.5, 1.0, 0.0), 0.0);
     /// ```
     pub fn current_rate(&self, voltage_v: f64, current_a: f64, alpha_dot_radps: f64) -> f64 {
-        let (l, r, km) = (
-            self.inductance_h,
-            self.resistance_ohm,
-            self.torque_constant_nm_per_a,
-        );
-        (voltage_v - r * current_a - km * alpha_dot_radps) / l
+        let induced_v = self.torque_constant_nm_per_a * alpha_dot_radps;
+        (voltage_v - self.resistance_ohm * current_a - induced_v) / self.inductance_h
     }
 }

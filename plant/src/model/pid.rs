@@ -5,6 +5,7 @@ use crate::model::dac::Dac;
 use crate::model::encoder::Encoder;
 use crate::model::joint::Transmission;
 use crate::model::motion::Motion;
+use crate::model::state::{BETA, BETA_DOT, BETA_INTEGRAL, Vector};
 
 /// Gains of the PID law (eq. 23), per encoder count.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -94,12 +95,12 @@ impl ContinuousPid {
 
     /// `V_m = K_0·[K_p·e + K_i·∫e + K_d·ė]` before the amplifier's limit,
     /// eq. 27-28 \[V, or A with a current drive\].
-    pub(crate) fn demand(&self, time_s: f64, beta_hat: f64, beta: f64, beta_dot: f64) -> f64 {
+    pub(crate) fn demand(&self, time_s: f64, y: &Vector) -> f64 {
         let r = self.motion.at(time_s);
         self.weighted([
-            (r.displacement_integral_ms, beta_hat),
-            (r.displacement_m, beta),
-            (r.velocity_mps, beta_dot),
+            (r.displacement_integral_ms, y[BETA_INTEGRAL]),
+            (r.displacement_m, y[BETA]),
+            (r.velocity_mps, y[BETA_DOT]),
         ])
     }
 

@@ -95,13 +95,7 @@ impl<'a> Rates<'a> {
             - (f0 + (f1 + f2 * gamma_dot) * gamma_dot);
         let beta_ddot = (self.gear_per_current * current - self.gear_per_torque * psi)
             + self.rigid * gamma_ddot;
-        let (command, beta_integral_rate) = match self.drive {
-            Drive::Held(command) => (*command, 0.0),
-            Drive::Feedback(_) => {
-                let command = self.axis.command(&self.mode, self.drive, time_s, y);
-                (command, y[BETA])
-            }
-        };
+        let command = self.axis.command(&self.mode, self.drive, time_s, y);
         let [current_rate, current_integral_rate] = match self.axis.stage {
             Stage::Voltage => {
                 let current_rate = (self.current_per_voltage * command
@@ -117,7 +111,7 @@ impl<'a> Rates<'a> {
             epsilon_dot,
             beta_ddot - gamma_ddot,
             current_rate,
-            beta_integral_rate,
+            self.drive.beta_integral_rate(y),
             current_integral_rate,
         ])
     }
@@ -129,13 +123,10 @@ impl<'a> Rates<'a> {
             true => Side::Before,
             false => Side::After,
         };
+        let (axis, drive, mode) = (self.axis, self.drive, &self.mode);
         let (now, rates) = ((time_s, side), [y[BETA_DOT], beta_ddot]);
-        let command_rate = || {
-            self.axis
-                .command_rate(&self.mode, self.drive, now, y[BETA], rates)
-        };
-        self.axis
-            .stage_rates(self.mode.stage, command, command_rate, y)
+        let command_rate = || axis.command_rate(mode, drive, now, y[BETA], rates);
+        axis.stage_rates(mode.stage, command, command_rate, y)
     }
 }
 
@@ -157,11 +148,9 @@ mod tests {
             quadratic_ns2_per_rad2: 0.01,
             opposes_motion: true,
         };
-        let surroundings = Surroundings {
-            load_force_n: 7.0,
-            ..Surroundings::default()
-        };
-        Axis::new(&axis, &surroundings, 1e-11)
+        let mut axis = Axis::new(&axis, &Surroundings::default(), 1e-11);
+        axis.load_force_n = 7.0;
+        axis
     }
 
     /// In every mode the same numbers as the equations of [`Axis`].

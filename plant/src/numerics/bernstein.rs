@@ -162,11 +162,8 @@ impl Ends {
     pub(crate) fn hull(&self, reach: f64) -> (f64, f64) {
         let [b0, b1, b2, b3] = self.cubic();
         // One degree up.
-        let (c1, c2, c3) = (
-            0.25 * (b0 + 3.0 * b1),
-            0.5 * (b1 + b2),
-            0.25 * (3.0 * b2 + b3),
-        );
+        let (c1, c3) = (0.25 * (b0 + 3.0 * b1), 0.25 * (3.0 * b2 + b3));
+        let c2 = 0.5 * (b1 + b2);
         let m = HULL_PER_REACH * reach;
         let low = b0.min(b3).min(c1.min(c3)).min(c2 - m);
         let high = b0.max(b3).max(c1.max(c3)).max(c2 + m);
@@ -224,22 +221,19 @@ mod tests {
     #[test]
     fn finds_the_peak_between_the_ends() {
         // θ·(1 − θ)
-        let q = Polynomial {
-            bernstein: [0.0, 0.5, 0.0],
-        };
-        assert!((q.peak_above(0.0) - 0.25).abs() < 1e-15);
+        let bernstein = [0.0, 0.5, 0.0];
+        let q = Polynomial { bernstein };
         assert_eq!(q.peak_above(0.3), 0.3);
-        let negative = q.affine(0.0, -1.0);
-        assert!((negative.peak_above(0.0) - 0.25).abs() < 1e-15);
+        for q in [q, q.affine(0.0, -1.0)] {
+            assert!((q.peak_above(0.0) - 0.25).abs() < 1e-15);
+        }
     }
 
     #[test]
     fn runs_backwards() {
         // 0.7 − θ
-        let q = Polynomial {
-            bernstein: [0.7, 0.2, -0.3],
-        };
-        let last = q.reversed();
+        let bernstein = [0.7, 0.2, -0.3];
+        let last = Polynomial { bernstein }.reversed();
         assert_eq!(last.first_negative(), Some(0.0));
         let root = last.affine(0.0, -1.0).first_negative().unwrap();
         assert!((root - 0.3).abs() < 1e-11, "{root}");

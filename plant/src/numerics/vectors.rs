@@ -72,20 +72,9 @@ pub fn widest() -> Level {
 }
 
 /// Does something of a single run with the instructions for four numbers, where a level has
-/// them: the rows of a step are quicker with these than with two, and `floor` is one of them.
-/// Wider ones gathered what lies apart while a step was computed row by row, which took longer
-/// than it saved, and have not been tried since.
-#[inline(always)]
-pub fn with_four<R>(level: Level, work: impl FnOnce() -> R) -> R {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = level.as_avx2() {
-        return fearless_simd::Simd::vectorize(simd, work);
-    }
-    let _ = level;
-    work()
-}
-
-/// The same where the work names its instructions: `simd` is the set of them.
+/// them; `simd` names them. The rows of a step are quicker so than with two, and `floor` is
+/// one of them. Wider ones gathered what lies apart while a step was computed row by row,
+/// which took longer than it saved, and have not been tried since.
 macro_rules! in_fours {
     ($level:expr, $simd:ident => $work:expr) => {{
         #[cfg(target_arch = "x86_64")]
@@ -104,3 +93,9 @@ macro_rules! in_fours {
     }};
 }
 pub(crate) use in_fours;
+
+/// The same for work that does not name its instructions.
+#[inline(always)]
+pub fn with_four<R>(level: Level, work: impl FnOnce() -> R) -> R {
+    in_fours!(level, _simd => work())
+}

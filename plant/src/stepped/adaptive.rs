@@ -2,14 +2,13 @@
 //!
 //! The steps are those of the Dormand-Prince pair of order 8(5,3)
 //! ([`super::dop853`]). Each accepted step is searched for the first guard that
-//! falls below zero ([`crate::hybrid::guard`]). Where the step's ends and its
-//! bends exclude that ([`Reach`]), it is not looked into; otherwise the
-//! polynomial of its dense output decides ([`Ends::septic`]). A step with such
-//! a guard is taken again, shorter, by Newton on its length, so that the event
-//! is as accurate as the solution itself.
+//! falls below zero ([`crate::hybrid::guard`]): where its ends and its bends
+//! exclude none ([`Stray`]), the polynomial of its dense output decides
+//! ([`Ends::septic`]). A step with such a guard is taken again, shorter, by Newton
+//! on its length, so that the event is as accurate as the solution itself.
 
-use super::dop853::{self, Step};
-use super::piece::{Reach, SteppedPiece};
+use super::dop853::{self, Step, Stray};
+use super::piece::SteppedPiece;
 use crate::hybrid::guard::Guard;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::axis::Drive;
@@ -93,17 +92,17 @@ impl Automaton {
                 steps.reject(h, error);
                 continue;
             }
-            let reach = Reach::new(step.stray(), h, (&step.y0, &step.y1), (step.f0(), &step.f1));
-            match self.first_event(drive, &rates, &step, &reach) {
+            let stray = step.stray();
+            match self.first_event(drive, &rates, &step, &stray) {
                 None => {
-                    self.accept(drive, &step, reach, watch);
+                    self.accept(drive, &step, stray, watch);
                     interval.done_s = if last { end_s } else { interval.done_s + h };
                     f0 = step.f1;
                     steps.accept(h, error, last);
                 }
                 Some((guard, theta)) => {
                     let (shorter, hit) = self.locate(drive, &rates, &step, guard, theta);
-                    self.accept(drive, &shorter, reach, watch);
+                    self.accept(drive, &shorter, stray, watch);
                     interval.done_s += shorter.h;
                     f0 = shorter.f1;
                     if hit {
@@ -118,11 +117,11 @@ impl Automaton {
     }
 
     /// Hands the step to the observer and moves to its end, off the surface it began on.
-    fn accept(&mut self, drive: &Drive<'_>, step: &Step, reach: Reach, watch: &mut impl Watch) {
+    fn accept(&mut self, drive: &Drive<'_>, step: &Step, stray: Stray, watch: &mut impl Watch) {
         let piece = SteppedPiece {
             dense: Some((step, 0.0, 1.0)),
             rates: (step.f0(), &step.f1),
-            reach,
+            stray,
         };
         self.move_along(drive, (step.start_s, step.h), step.y1, &piece, watch);
         self.fresh = None;
@@ -134,7 +133,7 @@ impl Automaton {
         drive: &Drive<'_>,
         rates: &Rates<'_>,
         step: &Step,
-        reach: &Reach,
+        stray: &Stray,
     ) -> Option<(Guard, f64)> {
         let mut first: Option<(Guard, f64)> = None;
         let mut upper: Option<Ends> = None;
@@ -158,7 +157,7 @@ impl Automaton {
             if guard == Guard::Limit(Direction::Positive) {
                 upper = Some(ends);
             }
-            let (low, _) = ends.hull(self.axis.guard_reach(guard, drive, reach));
+            let (low, _) = ends.hull(self.axis.guard_reach(guard, drive, stray));
             if low >= 0.0 {
                 continue;
             }

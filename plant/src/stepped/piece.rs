@@ -1,10 +1,9 @@
 //! A piece of a Runge-Kutta solution: the quantities over it that guards and
 //! figures look at, and how far these may be from the cubic through their ends.
 //!
-//! The quantities are sums of states, and so are their distances from the cubic
-//! ([`Reach`], from [`super::dop853::Step::stray`]). They decide whether a step
-//! need be looked into at all ([`Ends::hull`]); its values between the ends cost
-//! more than those at the ends.
+//! The quantities are sums of states, and so are their distances from the cubic, their
+//! reach, from those of the states ([`Stray`]). They decide whether a step
+//! need be looked into at all ([`Ends::hull`]), which costs more than its ends.
 
 use super::dop853::{Step, Stray};
 use crate::hybrid::guard::Guard;
@@ -24,41 +23,7 @@ use crate::numerics::bernstein::{Ends, NODES, Polynomial};
 use crate::observe::extremes::{Energies, Extremes};
 use crate::observe::{Interior, Span};
 
-/// A step: its length, how far its states may be from the cubics through their
-/// ends, and γ̇ as the one state that enters the equations squared.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Reach {
-    length_s: f64,
-    stray: Stray,
-    /// Largest |γ̇|, and how much γ̇ moves \[rad/s\].
-    speed: f64,
-    excursion: f64,
-}
-
-impl Reach {
-    /// From the states and their derivatives at both ends.
-    ///
-    /// The cubic `y0 + Δ·θ + (u·(1 − θ) − v·θ)·θ·(1 − θ)` with `u = h·f0 − Δ`
-    /// and `v = h·f1 − Δ` moves by at most |Δ| + (|u| + |v|)/4.
-    pub(crate) fn new(
-        stray: Stray,
-        length_s: f64,
-        (y0, y1): (&Vector, &Vector),
-        (f0, f1): (&Vector, &Vector),
-    ) -> Self {
-        let start = gamma_dot(y0);
-        let chord = gamma_dot(y1) - start;
-        let bend = (gamma_dot(f0) * length_s - chord).abs();
-        let twist = (gamma_dot(f1) * length_s - chord).abs();
-        let excursion = chord.abs() + 0.25 * (bend + twist) + stray.gamma_dot;
-        Self {
-            length_s,
-            stray,
-            speed: start.abs() + excursion,
-            excursion,
-        }
-    }
-
+impl Stray {
     /// Of a command whose fourth derivative is at most this: the error of the
     /// cubic through two values and slopes is `|q⁗|·h⁴/384`.
     fn command(&self, fourth_derivative: f64) -> f64 {
@@ -73,7 +38,7 @@ impl Reach {
         };
         let (s, z) = (pid.radians_per_m.abs(), pid.gear_ratio.abs());
         let error = |fourth_derivative: f64, state: usize| {
-            self.command(fourth_derivative) * s + self.stray.states[state] / z
+            self.command(fourth_derivative) * s + self.states[state] / z
         };
         let command = pid.motion().fourth_derivatives;
         let PidGains { kp, ki_per_s, kd_s } = pid.gains;
@@ -85,79 +50,79 @@ impl Reach {
 
     /// `k·ε + c·ε̇` of a flank \[N m\].
     fn flank_torque(&self, joint: &ElasticJoint) -> f64 {
-        joint.stiffness_nm_per_rad * self.stray.states[EPSILON]
-            + joint.damping_nms_per_rad * self.stray.states[EPSILON_DOT]
+        joint.stiffness_nm_per_rad * self.states[EPSILON]
+            + joint.damping_nms_per_rad * self.states[EPSILON_DOT]
     }
 }
 
 impl Axis {
     /// Of the value of a guard.
-    pub(crate) fn guard_reach(&self, guard: Guard, drive: &Drive<'_>, reach: &Reach) -> f64 {
+    pub(crate) fn guard_reach(&self, guard: Guard, drive: &Drive<'_>, stray: &Stray) -> f64 {
         match guard {
-            Guard::Meet(_) | Guard::Part(_) => reach.stray.states[EPSILON],
+            Guard::Meet(_) | Guard::Part(_) => stray.states[EPSILON],
             Guard::Release(_) | Guard::Reload(_) => {
-                self.joint.map_or(0.0, |joint| reach.flank_torque(&joint))
+                self.joint.map_or(0.0, |joint| stray.flank_torque(&joint))
             }
             // The margin of this guard is rounding, and so is how far it strays.
-            Guard::Stop(_) => reach.stray.gamma_dot,
-            Guard::Break(_) => self.torque_reach(reach, true),
-            Guard::Limit(_) | Guard::Unlimit(_) => reach.demand(drive),
-            Guard::Saturate(_) | Guard::Desaturate(_) => self.loop_reach(drive, reach),
-            Guard::Hold(_) | Guard::Return(_) => reach.stray.states[CURRENT],
-            Guard::LetGo(_) => reach.demand(drive) + self.holding_reach(reach),
-            Guard::Overrun(_) => self.holding_reach(reach),
+            Guard::Stop(_) => stray.gamma_dot,
+            Guard::Break(_) => self.torque_reach(stray, true),
+            Guard::Limit(_) | Guard::Unlimit(_) => stray.demand(drive),
+            Guard::Saturate(_) | Guard::Desaturate(_) => self.loop_reach(drive, stray),
+            Guard::Hold(_) | Guard::Return(_) => stray.states[CURRENT],
+            Guard::LetGo(_) => stray.demand(drive) + self.holding_reach(stray),
+            Guard::Overrun(_) => self.holding_reach(stray),
         }
     }
 
     /// Of `ẍ = p·γ̈` \[m/s²\]. With `γ̇ = γ̇0 + w` the square γ̇² differs from the
     /// cubic through its ends by what 2·γ̇0·w does, and by w² and its own cubic:
-    /// at most `max w² + w1² + 8/27·|w1·ẇ1·h|`, which 8 excursions² exceed.
-    fn acceleration_reach(&self, mode: &Mode, reach: &Reach) -> f64 {
+    /// at most `max w² + w1² + 8/27·|w1·ẇ1·h|`, which 8 excursions² of γ̇ exceed; `speed` is
+    /// the largest |γ̇|.
+    fn acceleration_reach(&self, mode: &Mode, stray: &Stray, speed: f64, excursion: f64) -> f64 {
         if mode.guide == GuideMode::Stuck {
             return 0.0;
         }
         let loaded = !matches!(mode.joint, JointMode::Open | JointMode::Released(_));
         let [_, a1, a2] = self.resistance.polynomial(mode.guide);
-        let speed = reach.stray.gamma_dot;
-        let square = 2.0 * reach.speed * speed + 8.0 * reach.excursion * reach.excursion;
+        let square = 2.0 * speed * stray.gamma_dot + 8.0 * excursion * excursion;
         let p = self.pitch_m_per_rad;
-        let force = a1.abs() * speed + a2.abs() * square;
-        p * (self.torque_reach(reach, loaded) + p * force) / self.moved_inertia()
+        let force = a1.abs() * stray.gamma_dot + a2.abs() * square;
+        p * (self.torque_reach(stray, loaded) + p * force) / self.moved_inertia()
     }
 
     /// Of what turns the screw, Ψ or `k_m·I/z` \[N m\].
-    fn torque_reach(&self, reach: &Reach, loaded: bool) -> f64 {
+    fn torque_reach(&self, stray: &Stray, loaded: bool) -> f64 {
         match self.joint {
-            Some(joint) if loaded => reach.flank_torque(&joint),
+            Some(joint) if loaded => stray.flank_torque(&joint),
             Some(_) => 0.0,
-            None => (self.motor.torque_nm(reach.stray.states[CURRENT]) / self.gear_ratio).abs(),
+            None => (self.motor.torque_nm(stray.states[CURRENT]) / self.gear_ratio).abs(),
         }
     }
 
     /// Of `R·I + k_m·β̇/z` \[V\].
-    fn holding_reach(&self, reach: &Reach) -> f64 {
-        let (states, motor) = (&reach.stray.states, &self.motor);
+    fn holding_reach(&self, stray: &Stray) -> f64 {
+        let (states, motor) = (&stray.states, &self.motor);
         let km = motor.torque_constant_nm_per_a / self.gear_ratio;
         motor.resistance_ohm * states[CURRENT] + km * states[BETA_DOT]
     }
 
     /// Of the voltage that a current loop asks for \[V\].
-    fn loop_reach(&self, drive: &Drive<'_>, reach: &Reach) -> f64 {
-        let (states, motor) = (&reach.stray.states, &self.motor);
+    fn loop_reach(&self, drive: &Drive<'_>, stray: &Stray) -> f64 {
+        let (states, motor) = (&stray.states, &self.motor);
         let (.., omega_radps) = self.stage.numbers();
-        let error_a = reach.demand(drive) + states[CURRENT];
+        let error_a = stray.demand(drive) + states[CURRENT];
         let integral = motor.resistance_ohm * states[CURRENT_INTEGRAL];
         omega_radps * (motor.inductance_h * error_a + integral)
     }
 
     /// Of the voltage at the motor \[V\].
-    fn voltage_reach(&self, mode: &Mode, drive: &Drive<'_>, reach: &Reach) -> f64 {
+    fn voltage_reach(&self, mode: &Mode, drive: &Drive<'_>, stray: &Stray) -> f64 {
         match (self.stage, mode.stage) {
             (_, StageMode::Saturated(_) | StageMode::Overrun(_)) => 0.0,
-            (Stage::IdealCurrent, _) | (_, StageMode::Holding(_)) => self.holding_reach(reach),
-            (Stage::CurrentLoop { .. }, _) => self.loop_reach(drive, reach),
+            (Stage::IdealCurrent, _) | (_, StageMode::Holding(_)) => self.holding_reach(stray),
+            (Stage::CurrentLoop { .. }, _) => self.loop_reach(drive, stray),
             _ if mode.amplifier != AmplifierMode::Linear => 0.0,
-            _ => reach.demand(drive),
+            _ => stray.demand(drive),
         }
     }
 }
@@ -170,7 +135,7 @@ pub(crate) struct SteppedPiece<'a> {
     pub(crate) dense: Option<(&'a Step, f64, f64)>,
     /// dy/dt at both ends.
     pub(crate) rates: (&'a Vector, &'a Vector),
-    pub(crate) reach: Reach,
+    pub(crate) stray: Stray,
 }
 
 impl Interior for SteppedPiece<'_> {
@@ -212,8 +177,7 @@ impl Interior for SteppedPiece<'_> {
     }
 }
 
-/// A quantity over a span. Its values between the ends cost more than those at
-/// the ends, and most looks can do without.
+/// A quantity over a span.
 #[derive(Debug)]
 struct Quantity<'a, V> {
     span: &'a Span<'a>,
@@ -312,11 +276,18 @@ impl<'a> Stepped<'a> {
 
     /// Carriage acceleration `p·γ̈` over the span \[m/s²\].
     fn acceleration(&self) -> Quantity<'a, impl Fn(f64, &Vector, &Mode) -> f64> {
-        let axis = self.span.axis;
+        let (axis, mode, stray) = (self.span.axis, &self.span.modes.0, &self.piece.stray);
+        let speed = self.quantity(
+            |_, y, _| gamma_dot(y),
+            |_, _, dy, _| gamma_dot(dy),
+            stray.gamma_dot,
+        );
+        let excursion = speed.excursion();
+        let largest = speed.ends.values[0].abs() + excursion;
         self.quantity(
             |_, y, mode| axis.carriage_acceleration_mps2(mode, y),
             |_, y, dy, mode| axis.pitch_m_per_rad * axis.screw_jerk(mode, y, dy),
-            axis.acceleration_reach(&self.span.modes.0, &self.piece.reach),
+            axis.acceleration_reach(mode, stray, largest, excursion),
         )
     }
 
@@ -325,7 +296,7 @@ impl<'a> Stepped<'a> {
         self.quantity(
             |_, y, _| y[CURRENT],
             |_, _, dy, _| dy[CURRENT],
-            self.piece.reach.stray.states[CURRENT],
+            self.piece.stray.states[CURRENT],
         )
     }
 
@@ -342,7 +313,7 @@ impl<'a> Stepped<'a> {
                     stage => axis.stage_voltage_v(stage, command_rate, dy),
                 }
             },
-            axis.voltage_reach(&self.span.modes.0, drive, &self.piece.reach),
+            axis.voltage_reach(&self.span.modes.0, drive, &self.piece.stray),
         )
     }
 
@@ -354,7 +325,7 @@ impl<'a> Stepped<'a> {
         let distance = self.quantity(
             |_, y, _| target_m - p * axis.screw_angle_rad(y),
             |_, _, dy, _| -p * gamma(dy),
-            p.abs() * self.piece.reach.stray.gamma,
+            p.abs() * self.piece.stray.gamma,
         );
         if distance.ends.values[1].abs() > band_m {
             extremes.last_outside_band_s = Some(span.end_s());
@@ -367,13 +338,13 @@ impl<'a> Stepped<'a> {
 
     /// Raises the following errors, where the command is smooth.
     fn follow(&self, extremes: &mut Extremes) {
-        let (span, reach) = (self.span, &self.piece.reach);
+        let (span, stray) = (self.span, &self.piece.stray);
         let ((y0, y1), (f0, f1)) = (span.y, self.piece.rates);
         let start = extremes.command_at(span.start_s);
         let motion = &extremes.settings.motion;
         let end = motion.at(span.end_s());
         let p = span.axis.pitch_m_per_rad;
-        let command_reach = reach.command(motion.fourth_derivatives.displacement_m);
+        let command_reach = stray.command(motion.fourth_derivatives.displacement_m);
         // `x_ref − p·angle` with the angle of the carriage, γ, or of the motor, β.
         let error = |angle: fn(&Vector) -> f64, start_rad: f64, stray_rad: f64| {
             let value = move |x_m: f64, y: &Vector| x_m - p * (angle(y) + start_rad);
@@ -388,9 +359,9 @@ impl<'a> Stepped<'a> {
                 value: move |t: f64, y: &Vector, _: &Mode| value(motion.at(t).displacement_m, y),
             }
         };
-        let of_carriage = error(gamma, span.axis.start_rad, reach.stray.gamma);
+        let of_carriage = error(gamma, span.axis.start_rad, stray.gamma);
         of_carriage.raise(&mut extremes.peak_following_error_m);
-        let of_motor = error(|y| y[BETA], 0.0, reach.stray.states[BETA]);
+        let of_motor = error(|y| y[BETA], 0.0, stray.states[BETA]);
         of_motor.raise(&mut extremes.peak_motor_following_error_m);
         extremes.command_at_end = Some((span.end_s(), end));
     }
@@ -417,7 +388,7 @@ impl<'a> Stepped<'a> {
                     (step, theta(from), theta(to))
                 }),
                 rates: (&f0, &f1),
-                reach: self.piece.reach,
+                stray: self.piece.stray,
             };
             let part = Span {
                 start_s,

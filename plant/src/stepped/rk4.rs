@@ -4,7 +4,7 @@
 //! it is evaluated at, so a step that crosses a contact smears it.
 
 use super::dop853::Stray;
-use super::piece::{Reach, SteppedPiece};
+use super::piece::SteppedPiece;
 use crate::hybrid::{Automaton, PlantError};
 use crate::model::axis::Drive;
 use crate::model::joint::JointMode;
@@ -38,6 +38,10 @@ impl Automaton {
         let start_s = seconds(self.time_ns);
         let steps = length_ns.div_ceil(step_ns.max(1));
         let h = seconds(length_ns) / count(steps);
+        let stray = Stray {
+            length_s: h,
+            ..Stray::default()
+        };
         self.take_up(drive);
         let mut dy0 = f(start_s, &self.y);
         self.mode = axis.mode_of_state(drive, start_s, &self.y);
@@ -61,7 +65,7 @@ impl Automaton {
             let piece = SteppedPiece {
                 dense: None,
                 rates: (&dy0, &dy1),
-                reach: Reach::new(Stray::default(), h, (&y0, &y1), (&dy0, &dy1)),
+                stray,
             };
             watch.span(&Span {
                 axis: &axis,

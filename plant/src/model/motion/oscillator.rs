@@ -36,11 +36,7 @@ pub(crate) struct OscillatorStep {
 
 impl OscillatorStep {
     pub(crate) fn new(coupling: Coupling, length_s: f64) -> Self {
-        let Coupling {
-            up_per_s,
-            down_per_s: w,
-        } = coupling;
-        let t = length_s;
+        let (t, up_per_s, w) = (length_s, coupling.up_per_s, coupling.down_per_s);
         let (cos, sin, integrals) = if w == 0.0 {
             let powers = [t, t * t / 2.0, t * t * t / 6.0, t * t * t * t / 24.0];
             (1.0, (up_per_s * t, 0.0), powers)
@@ -65,15 +61,14 @@ impl Oscillator {
     #[inline(always)]
     pub(crate) fn after(&self, step: &OscillatorStep) -> Self {
         // a(t) = a·cos ωt + jerk·∫cos ωt dt, and so on for its integrals.
-        let (a, w, t) = (
-            self.point.acceleration_mps2,
-            self.quadrature_mps2,
-            step.length_s,
+        let (point, w, t) = (&self.point, self.quadrature_mps2, step.length_s);
+        let (a, v, x) = (
+            point.acceleration_mps2,
+            point.velocity_mps,
+            point.displacement_m,
         );
-        let jerk = w * step.up_per_s;
+        let (q, jerk) = (point.displacement_integral_ms, w * step.up_per_s);
         let [once, twice, thrice, last] = step.integrals;
-        let (v, x) = (self.point.velocity_mps, self.point.displacement_m);
-        let q = self.point.displacement_integral_ms;
         Self {
             point: MotionPoint {
                 acceleration_mps2: step.cos * a + step.sin.0 * w,
