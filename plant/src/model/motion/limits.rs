@@ -2,7 +2,8 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use super::{Course, Motion, MotionError, MotionPoint};
+use super::point::MotionPoint;
+use super::{Course, Motion, MotionError};
 
 /// Limits of a move; an infinite one is none.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,6 @@
 //! The command as the state of a linear system, for solver `exact`.
 
-use super::MotionPoint;
+use super::point::MotionPoint;
 
 /// Rates of the linear system `ȧ = up·w`, `ẇ = −down·a` that an interval of the
 /// command is: both ω for a sine or a cosine, 1 and 0 for a constant jerk, 0 and 0

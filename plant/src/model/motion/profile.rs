@@ -1,7 +1,8 @@
 //! A command through given points: the clamped cubic spline.
 
+use super::point::MotionPoint;
 use super::segment::{Segment, Shape};
-use super::{Course, Motion, MotionError, MotionPoint};
+use super::{Course, Motion, MotionError};
 
 impl Motion {
     /// The twice continuously differentiable cubic spline through the points, time

@@ -2,8 +2,8 @@
 
 use core::f64::consts::FRAC_PI_2;
 
-use super::MotionPoint;
 use super::oscillator::{Coupling, Oscillator, versine};
+use super::point::MotionPoint;
 
 /// Shape of the acceleration within one segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
