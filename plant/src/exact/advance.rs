@@ -9,22 +9,20 @@ use fearless_simd::Simd;
 use super::crossing::Stop;
 use super::held_table::HeldTable;
 use super::levels::NOISE_ULPS;
-use super::loss::DRIVING;
 use super::memory::Tables;
-use super::piece::{HeldPiece, Piece};
-use super::system::{Column, DELTA, HELD, held_state, to_plant_vector};
+use super::piece::HeldPiece;
+use super::system::{Column, DELTA, HELD, held_state};
 use crate::hybrid::guard::Guards;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::amplifier::{Stage, StageMode};
 use crate::model::axis::Drive;
 use crate::model::joint::JointMode;
-use crate::model::motion::MotionPoint;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON_DOT, State, Vector};
 use crate::numerics::seconds;
 use crate::numerics::width::{One, Width};
-use crate::observe::extremes::{CARRIAGE, Extremes};
-use crate::observe::{Interior, Watch};
+use crate::observe::extremes::Extremes;
+use crate::observe::{Interior, Span, Watch};
 
 impl Automaton {
     /// Solver `exact` over `length_ns` from now.
@@ -106,8 +104,10 @@ impl Automaton {
         if !(joint_keeps && guide_keeps && current_keeps()) {
             return false;
         }
-        let y = to_plant_vector(&end, offset_rad, self.y[BETA_INTEGRAL]);
-        let piece = self.piece_with(table, voltage_v, &rates);
+        let [a, b, c, d] = rates;
+        let rate = Column::<HELD>::new(start[BETA_DOT], a, b, c, d);
+        let piece = self.piece_with(table, voltage_v, rate);
+        let y = piece.plant_vector(&end);
         let times_s = (seconds(self.time_ns), seconds(length_ns));
         self.move_along(drive, times_s, y, &piece, watch);
         true
@@ -141,82 +141,60 @@ impl Automaton {
     #[inline(always)]
     fn piece<'t>(&self, table: &'t HeldTable, voltage_v: f64) -> HeldPiece<'t> {
         let start = held_state(&self.y, self.axis.offset_rad(&self.mode));
-        let [_, rates @ ..] = table.step.rates(One, &start.into(), voltage_v);
-        self.piece_with(table, voltage_v, &rates)
+        let rate = table.step.rates(One, &start.into(), voltage_v);
+        self.piece_with(table, voltage_v, rate.into())
     }
 
-    /// The same where the rates of β̇, δ, ε̇ and I are known.
+    /// The same where the rates are known.
     #[inline(always)]
     fn piece_with<'t>(
         &self,
         table: &'t HeldTable,
         voltage_v: f64,
-        [a, b, c, d]: &[f64; DRIVING],
+        rate: Column<HELD>,
     ) -> HeldPiece<'t> {
         let offset_rad = self.axis.offset_rad(&self.mode);
-        let start = held_state(&self.y, offset_rad);
         HeldPiece {
             table,
+            voltage_v,
             input: table.system.input(voltage_v),
-            rate: Column::<HELD>::new(start[BETA_DOT], *a, *b, *c, *d),
-            start,
+            start: held_state(&self.y, offset_rad),
+            rate,
             offset_rad,
             beta_integral_rads: self.y[BETA_INTEGRAL],
         }
     }
 
-    /// Searches the step that the bound allows for the extremes of
-    /// [`Extremes::peaks`] whose bits are set in `which`, and for when the
+    /// Searches the step that the bound allows, or a piece of it with its times and its end,
+    /// for the extremes of [`Extremes::peaks`] whose bits are set in `which`, and for when the
     /// carriage is last further than `band_m` from the travel.
-    pub(crate) fn look_at_step(
+    pub(crate) fn look_at(
         &self,
         tables: &mut Tables,
         (voltage_v, length_ns): (f64, u64),
-        sought: (u8, f64),
-        extremes: &mut Extremes,
-    ) {
-        let table = tables.held(&self.axis, &self.mode, length_ns);
-        let solution = self.piece(table, voltage_v);
-        let end = solution.whole_end(voltage_v);
-        let times_s = (seconds(self.time_ns), seconds(length_ns));
-        self.look((&solution, voltage_v), times_s, &end, sought, extremes);
-    }
-
-    /// The same for a piece of the step, which ends in `end`.
-    pub(crate) fn look_at_piece(
-        &self,
-        tables: &mut Tables,
-        (voltage_v, length_ns): (f64, u64),
-        times_s: (f64, f64),
-        (end, which): (&State, u8),
-        extremes: &mut Extremes,
-    ) {
-        let table = tables.held(&self.axis, &self.mode, length_ns);
-        let solution = self.piece(table, voltage_v);
-        let sought = (which, f64::INFINITY);
-        let end = end.to_vector();
-        self.look((&solution, voltage_v), times_s, &end, sought, extremes);
-    }
-
-    fn look(
-        &self,
-        (solution, voltage_v): (&HeldPiece<'_>, f64),
-        (start_s, length_s): (f64, f64),
-        end: &Vector,
+        piece: Option<((f64, f64), &State)>,
         (which, band_m): (u8, f64),
         extremes: &mut Extremes,
     ) {
-        let motion = &extremes.settings.motion;
-        let mut commands = [MotionPoint::default(); 2];
-        if which >> CARRIAGE & 0b11 != 0 {
-            commands = [motion.at(start_s), motion.at(start_s + length_s)];
-        }
-        let (ends, times_s) = ([&self.y, end], (start_s, length_s));
-        let command = (motion, commands);
-        let piece = Piece::new(&self.axis, &self.mode, ends, command, times_s, voltage_v);
-        let sights = solution.sights(&self.axis, piece);
-        let seen = sights.look_at(which, band_m, extremes);
-        extremes.take(&seen);
+        let table = tables.held(&self.axis, &self.mode, length_ns);
+        let solution = self.piece(table, voltage_v);
+        let ((start_s, length_s), end) = match piece {
+            Some((times_s, end)) => (times_s, end.to_vector()),
+            None => (
+                (seconds(self.time_ns), seconds(length_ns)),
+                solution.plant_vector(&solution.whole_end()),
+            ),
+        };
+        let span = Span {
+            axis: &self.axis,
+            drive: &Drive::Held(voltage_v),
+            modes: (self.mode, self.mode),
+            start_s,
+            length_s,
+            y: (&self.y, &end),
+            interior: &solution,
+        };
+        solution.look(&span, (which, band_m), extremes);
     }
 
     /// The interval under a held voltage from change to change.
@@ -240,12 +218,11 @@ impl Automaton {
                 self.advance_commanded_to(tables, drive, ends, &mut interval, watch)?;
                 return Ok(());
             }
-            let (mode, offset_rad) = (self.mode, self.axis.offset_rad(&self.mode));
-            let table = tables.held(&self.axis, &mode, length_ns);
+            let table = tables.held(&self.axis, &self.mode, length_ns);
             let piece = self.piece(table, voltage_v);
             let left_s = interval.length_s - interval.done_s;
             let guards = self.guards(drive);
-            let linear = guards.map(|g| Some(self.linear_guard(g?, &table.table, 0.0)));
+            let linear = guards.map(|g| Some(self.linear_guard(g?, &table.table, 0.0, [0.0; 2])));
             let zero = piece.flow().first_zero(&linear, left_s, 1);
             let time_s = interval.now_s();
             let stop = zero.map_err(|_| PlantError::TooStiff { time_s })?;
@@ -253,13 +230,9 @@ impl Automaton {
             let mut end = stop.x;
             if stop.guard.is_none() && interval.done_s == 0.0 {
                 // The very step that the bound would have allowed.
-                end = table
-                    .step
-                    .take(One, &piece.start.into(), voltage_v)
-                    .end()
-                    .into();
+                end = piece.whole_end();
             }
-            let y = to_plant_vector(&end, offset_rad, piece.beta_integral_rads);
+            let y = piece.plant_vector(&end);
             self.move_over(drive, &interval, &stop, y, &piece, watch)?;
             if self.end_of_piece(&mut interval, &stop, &guards, drive, watch)? {
                 return Ok(());

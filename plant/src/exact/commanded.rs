@@ -10,16 +10,15 @@ use core::array;
 
 use fearless_simd::Simd;
 
-use super::commanded_table::{CommandedTable, FIGURES};
-use super::crossing::{Flow, LinearGuard};
+use super::commanded_table::CommandedTable;
+use super::crossing::Flow;
 use super::levels::BOUND_MARGIN;
 use super::memory::{Carried, Tables};
 use super::peak::Sought;
-use super::piece::{Piece, Sights, raise_quantity};
+use super::piece::{Sights, distances_m};
 use super::power::{about_chord, are_below, is_monotone, raise_product};
 use super::system::{COMMANDED, Column, DELTA, commanded_state, plant_vector};
 use super::table::Quantity;
-use crate::hybrid::guard::Guard;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
 use crate::model::axis::Drive;
@@ -30,11 +29,12 @@ use crate::model::state::{BETA, CURRENT, Vector};
 use crate::numerics::seconds;
 use crate::numerics::vectors::{in_fours, widest};
 use crate::numerics::width::{One, Width};
-use crate::observe::extremes::{CARRIAGE, Extremes, POWER, Seen};
+use crate::observe::extremes::{CARRIAGE, Extremes, FIGURES, POWER, Seen};
 use crate::observe::{Interior, Span, Watch};
 
-/// Place of the voltage among what a piece looks at first.
-const VOLTAGE: usize = 4;
+/// Place of the voltage among what a piece looks at: that of the power, of which all is known
+/// first.
+const VOLTAGE: usize = POWER;
 
 /// A smooth piece of the solution.
 #[derive(Debug, Clone, Copy)]
@@ -62,7 +62,7 @@ impl CommandedPiece<'_> {
             commands_m = [start, point].map(|point| point.displacement_m);
         }
         let voltage = table.table.quantity(Quantity::Voltage);
-        let offset_v = table.voltage.offset(self.held);
+        let [offset_v, _] = table.offsets(self.held);
         let ends = [(self.flow.start, commands_m[0]), (self.end, commands_m[1])];
         let mut figures = [[0.0; FIGURES]; 2];
         for (figures, (x, command_m)) in figures.iter_mut().zip(ends) {
@@ -170,27 +170,20 @@ impl CommandedPiece<'_> {
             }
             power_open &= !is_monotone(factors, [VOLTAGE, 1].map(|i| slopes[i]));
         }
-        let offset_v = table.voltage.offset(self.held);
-        let voltage = Sought {
-            offset: offset_v,
-            ..Sought::plain(table.table.quantity(Quantity::Voltage))
-        };
+        let (flow, work) = (&self.flow, &mut extremes.work);
+        let [offset_v, _] = table.offsets(self.held);
+        let [voltage, current] = [(Quantity::Voltage, offset_v), (Quantity::Current, 0.0)]
+            .map(|(of, offset)| Sought::plain(table.table.quantity(of), offset));
         if open >> VOLTAGE != 0 {
-            let (of, ends_v) = ((voltage.linear, offset_v), [from[VOLTAGE], to[VOLTAGE]]);
-            let (peak_v, work) = (&mut peaks[VOLTAGE], &mut extremes.work);
-            raise_quantity(&self.flow, of, ends_v, length_s, peak_v, work);
+            let (ends_v, peak_v) = ([from[VOLTAGE], to[VOLTAGE]], &mut peaks[VOLTAGE]);
+            flow.raise(&voltage, length_s, ends_v, peak_v, work);
         }
         if power_open {
-            let current = Sought::plain(table.table.quantity(Quantity::Current));
-            let (quantities, work) = ([voltage, current], &mut extremes.work);
-            raise_product(&self.flow, &quantities, length_s, &mut power_w, work);
+            raise_product(flow, &[voltage, current], length_s, &mut power_w, work);
         }
         let motion = &extremes.settings.motion;
         let band_m = extremes.settings.settling_band_m;
-        let p = span.axis.pitch_m_per_rad;
-        let distances_m =
-            [span.y.0, span.y.1].map(|y| motion.travel_m() - p * span.axis.screw_angle_rad(y));
-        let [from_m, to_m] = distances_m.map(f64::abs);
+        let [from_m, to_m] = distances_m(span, motion);
         let inside = One.max(from_m, to_m) + strays[CARRIAGE] + bend_m / 8.0 <= band_m;
         let [a, b, c, d, peak_v] = peaks;
         let mut seen = Seen {
@@ -200,17 +193,14 @@ impl CommandedPiece<'_> {
         };
         let which = open & 0xf;
         if which != 0 || !inside && seen.last_outside_s.is_none() {
-            let piece = Piece {
+            let sights = Sights {
+                flow: self.flow,
+                span,
                 motion,
-                start_s: span.start_s,
-                length_s,
-                // What is known of the power is all.
-                voltage_v: 0.0,
-                ends: [from, to].map(|[a, b, c, d, _]| [a, b, c, d, 0.0]),
-                distances_m,
+                ends: [from, to],
+                constants: (self.offset_rad, table.screw_load),
+                ahead: self.motion.is_some(),
             };
-            let (constants, counted) = ((self.offset_rad, table.screw_load), self.motion.is_some());
-            let sights = Sights::new(span.axis, self.flow, constants, piece, counted);
             seen = sights.look(seen.peaks, which, band_m);
         }
         extremes.take(&seen);
@@ -324,15 +314,11 @@ impl Automaton {
         let Some(table) = commanded.get(place) else {
             return false;
         };
-        let behind_held;
         let input = match pid {
-            Some(_) => table.own_input(),
-            None => {
-                behind_held = table.input(held);
-                &behind_held
-            }
+            Some(_) => table.input[0],
+            None => table.input(held),
         };
-        let rates = table.rates(simd, &start, input);
+        let rates = table.rates(simd, &start, &input);
         let command = command.after(&table.command);
         let end = table.step(simd, &start, held, &command);
         // What is not finite strays for ever, or to what is not a number.
@@ -361,7 +347,7 @@ impl Automaton {
             }
             Stage::CurrentLoop { limit_v, .. } => {
                 let beyond = table.table.quantity(Quantity::Beyond);
-                let offset = table.beyond.offset(held);
+                let [_, offset] = table.offsets(held);
                 let ends = [&start, &end].map(|x| (beyond.value(x) + offset).abs());
                 limit_v - ends[0].max(ends[1]) > of_beyond
             }
@@ -372,7 +358,12 @@ impl Automaton {
         let y = plant_vector(&end, (offset_rad, table.rad_per_m), &command.point);
         let piece = CommandedPiece {
             table,
-            flow: Flow::with_rate(&table.table, input, &start, rates),
+            flow: Flow {
+                table: &table.table,
+                input: &input,
+                start: &start,
+                rate: rates,
+            },
             end: &end,
             motion: pid.map(ContinuousPid::motion),
             held,
@@ -414,8 +405,8 @@ impl Automaton {
             let noise_rad = table.rounding_of_delta(&start);
             self.axis.set_parting_noise(noise_rad, seconds(length_ns));
             let guards = self.guards(drive);
-            let limit = pid.map_or(0.0, ContinuousPid::limit);
-            let linear = guards.map(|guard| Some(self.commanded_guard(guard?, table, held, limit)));
+            let (limit, offsets) = (pid.map_or(0.0, ContinuousPid::limit), table.offsets(held));
+            let linear = guards.map(|g| Some(self.linear_guard(g?, &table.table, limit, offsets)));
             let flow = Flow::new(&table.table, &input, &start);
             let zero = flow.first_zero(&linear, end_s - interval.done_s, 0);
             let time_s = interval.now_s();
@@ -455,36 +446,6 @@ impl Automaton {
                 let untouched = self.y == y && self.mode == mode;
                 return Ok(untouched.then_some(carried));
             }
-        }
-    }
-
-    /// A guard as a linear function of the table's state.
-    fn commanded_guard<'t>(
-        &self,
-        guard: Guard,
-        table: &'t CommandedTable,
-        held: f64,
-        limit: f64,
-    ) -> LinearGuard<'t, COMMANDED> {
-        let (limit_v, limit_a, _) = self.axis.stage.numbers();
-        let beyond = table.beyond.offset(held);
-        let (quantity, sign, offset) = match guard {
-            Guard::Saturate(d) => (Quantity::Beyond, -d.sign(), limit_v - d.sign() * beyond),
-            Guard::Desaturate(d) => (Quantity::Beyond, d.sign(), d.sign() * beyond - limit_v),
-            Guard::LetGo(d) => (Quantity::Beyond, d.sign(), d.sign() * beyond),
-            Guard::Return(d) => (Quantity::Current, d.sign(), -limit_a),
-            Guard::Overrun(d) => {
-                let holding_v = d.sign() * table.voltage.offset(held);
-                (Quantity::Voltage, d.sign(), limit_v + holding_v)
-            }
-            _ => return self.linear_guard(guard, &table.table, limit),
-        };
-        LinearGuard {
-            linear: table.table.quantity(quantity),
-            sign,
-            offset,
-            noise: 0.0,
-            fresh: self.fresh == Some(guard),
         }
     }
 }

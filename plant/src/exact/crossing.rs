@@ -16,7 +16,7 @@
 //! be told from a touch.
 
 use super::curve::{Found, first_zero as first_zero_of, without_start};
-use super::grid::{Local, sole_zero_near};
+use super::grid::{Local, zero_near};
 use super::levels::{BOUND_MARGIN, Levels, Taylor};
 use super::roots::Polynomial;
 use super::system::Column;
@@ -85,30 +85,12 @@ pub(crate) struct Walk<'a, const D: usize> {
 
 impl<'a, const D: usize> Flow<'a, D> {
     pub(crate) fn new(table: &'a Table<D>, input: &'a Column<D>, start: &'a Column<D>) -> Self {
-        Self::with_rate(table, input, start, table.levels.a * start + input)
-    }
-
-    /// The same where the rate at the start is known.
-    pub(crate) fn with_rate(
-        table: &'a Table<D>,
-        input: &'a Column<D>,
-        start: &'a Column<D>,
-        rate: Column<D>,
-    ) -> Self {
         Self {
             table,
             input,
             start,
-            rate,
+            rate: table.levels.a * start + input,
         }
-    }
-
-    /// The same solution from another state on it.
-    pub(crate) fn from<'b>(&self, start: &'b Column<D>) -> Flow<'b, D>
-    where
-        'a: 'b,
-    {
-        Flow::new(self.table, self.input, start)
     }
 
     /// A walk that tries steps from `first_level` on.
@@ -246,41 +228,47 @@ pub(crate) struct Stop<const D: usize> {
 }
 
 impl Automaton {
-    /// A guard of the present mode as a linear function of the table's state.
+    /// A guard of the present mode as a linear function of the table's state. `limit` is that
+    /// of the law's demand, and behind the command voltage and [`Quantity::Beyond`] have these
+    /// constant parts.
     pub(crate) fn linear_guard<'t, const D: usize>(
         &self,
         guard: Guard,
         table: &'t Table<D>,
         limit: f64,
+        [voltage_v, beyond]: [f64; 2],
     ) -> LinearGuard<'t, D> {
         let joint = self.axis.joint;
         let b = self.axis.backlash_half_rad();
         let release_nm = joint.map_or(0.0, |joint| self.axis.release_noise_nm(joint, &self.y));
         let part_rad = joint.map_or(0.0, |joint| release_nm / joint.stiffness_nm_per_rad);
         let holding_nm = self.axis.holding_torque_nm;
-        let (quantity, sign, offset, noise) = match guard {
+        let (limit_v, limit_a, _) = self.axis.stage.numbers();
+        let (quantity, sign, offset) = match guard {
             // In the gap δ = ε.
-            Guard::Meet(f) => (Quantity::Delta, -f.sign(), b, 0.0),
-            Guard::Part(f) => (Quantity::Delta, f.sign(), 0.0, part_rad),
-            Guard::Release(f) => (Quantity::FlankTorque, f.sign(), 0.0, release_nm),
-            Guard::Reload(f) => (Quantity::FlankTorque, -f.sign(), 0.0, 0.0),
-            Guard::Stop(d) => (Quantity::ScrewSpeed, d.sign(), 0.0, speed_noise(&self.y)),
+            Guard::Meet(f) => (Quantity::Delta, -f.sign(), b),
+            Guard::Part(f) => (Quantity::Delta, f.sign(), 0.0),
+            Guard::Release(f) => (Quantity::FlankTorque, f.sign(), 0.0),
+            Guard::Reload(f) => (Quantity::FlankTorque, -f.sign(), 0.0),
+            Guard::Stop(d) => (Quantity::ScrewSpeed, d.sign(), 0.0),
             Guard::Break(d) => {
                 let holds_nm = holding_nm + d.sign() * self.axis.load_torque_nm();
-                (Quantity::MovingTorque, -d.sign(), holds_nm, 0.0)
+                (Quantity::MovingTorque, -d.sign(), holds_nm)
             }
-            Guard::Limit(d) => (Quantity::Demand, -d.sign(), limit, 0.0),
-            Guard::Unlimit(d) => (Quantity::Demand, d.sign(), -limit, 0.0),
-            Guard::Hold(d) => {
-                let (_, limit_a, _) = self.axis.stage.numbers();
-                (Quantity::Current, -d.sign(), limit_a, 0.0)
-            }
-            // Behind the command of the paper's amplifier there is nothing else.
-            Guard::Saturate(_)
-            | Guard::Desaturate(_)
-            | Guard::LetGo(_)
-            | Guard::Overrun(_)
-            | Guard::Return(_) => (Quantity::Delta, 0.0, 1.0, 0.0),
+            Guard::Limit(d) => (Quantity::Demand, -d.sign(), limit),
+            Guard::Unlimit(d) => (Quantity::Demand, d.sign(), -limit),
+            Guard::Saturate(d) => (Quantity::Beyond, -d.sign(), limit_v - d.sign() * beyond),
+            Guard::Desaturate(d) => (Quantity::Beyond, d.sign(), d.sign() * beyond - limit_v),
+            Guard::Hold(d) => (Quantity::Current, -d.sign(), limit_a),
+            Guard::LetGo(d) => (Quantity::Beyond, d.sign(), d.sign() * beyond),
+            Guard::Overrun(d) => (Quantity::Voltage, d.sign(), limit_v + d.sign() * voltage_v),
+            Guard::Return(d) => (Quantity::Current, d.sign(), -limit_a),
+        };
+        let noise = match guard {
+            Guard::Part(_) => part_rad,
+            Guard::Release(_) => release_nm,
+            Guard::Stop(_) => speed_noise(&self.y),
+            _ => 0.0,
         };
         LinearGuard {
             linear: table.quantity(quantity),
@@ -313,22 +301,21 @@ impl<const D: usize> LinearGuard<'_, D> {
         let from = (&(*flow.start).into(), &flow.rate.into());
         let given = (self.sign, self.offset);
         let curve = self.linear.curve(One, &flow.table.levels, from, given)?;
-        let found = if self.fresh {
-            let rest = without_start(One, &curve.values);
-            if rest.iter().all(|&b| b > curve.stray) {
-                return Some(Found::None);
-            }
-            let rest = without_start(One, &curve.values_until(One, theta));
-            first_zero_of(&rest, curve.stray, 0.0, HALVINGS)
-        } else if curve.values.iter().all(|&b| b > curve.stray) {
-            Found::None
-        } else {
-            let values = curve.values_until(One, theta);
-            first_zero_of(&values, curve.stray, self.noise, HALVINGS)
+        let holds = match self.fresh {
+            true => curve.holds_after_start(One, theta),
+            false => curve.holds_until(One, theta),
+        };
+        if holds != 0 {
+            return Some(Found::None);
+        }
+        let (values, stray) = (curve.values_until(One, theta), curve.stray);
+        let found = match self.fresh {
+            true => first_zero_of(&without_start(One, &values), stray, 0.0, HALVINGS),
+            false => first_zero_of(&values, stray, self.noise, HALVINGS),
         };
         match found {
             // One zero only.
-            Found::At { from, to, .. }
+            Found::At([_, from, to])
                 if from > 0.0 && curve.falls_within(One, theta * from, theta * to) =>
             {
                 Some(found)
@@ -344,7 +331,7 @@ impl<const D: usize> LinearGuard<'_, D> {
             *c *= self.sign;
         }
         coefficients[0] += self.offset;
-        let q = Polynomial::new(coefficients);
+        let q = Polynomial(coefficients);
         if self.starts_with(leg) {
             return q.without_root_at_start().first_negative(end);
         }
@@ -368,13 +355,14 @@ impl<const D: usize> Flow<'_, D> {
         let mut first: Option<(usize, &LinearGuard<'_, D>, [f64; 3])> = None;
         for (place, guard) in guards.iter().enumerate() {
             let Some(guard) = guard else { continue };
-            let Found::At { theta, from, to } = guard.sketched_zero(self, theta)? else {
+            let Found::At(zero) = guard.sketched_zero(self, theta)? else {
                 continue;
             };
+            let [theta, from, to] = zero;
             match first {
                 Some((.., [_, low, high])) if from <= high && low <= to => return None,
                 Some((.., [earliest, ..])) if earliest < theta => {}
-                _ => first = Some((place, guard, [theta, from, to])),
+                _ => first = Some((place, guard, zero)),
             }
         }
         let Some((place, guard, [zero, from, to])) = first else {
@@ -387,10 +375,10 @@ impl<const D: usize> Flow<'_, D> {
         };
         let mut coefficients = coefficients.map(|c| guard.sign * c);
         coefficients[0] += guard.offset;
-        let sigma = sole_zero_near(&coefficients, window.sigma(zero * length_s))?;
+        let (sigma, found) = zero_near(One, &coefficients, window.sigma(zero * length_s), 1);
         let time_s = window.time_s(sigma);
         let within = (from * length_s..=to * length_s).contains(&time_s);
-        (within && time_s > 0.0 && time_s <= length_s).then(|| Stop {
+        (found != 0 && within && time_s > 0.0 && time_s <= length_s).then(|| Stop {
             time_s,
             x: local.map_or_else(|| self.at(time_s), |local| local.at(sigma).into()),
             guard: Some(place),

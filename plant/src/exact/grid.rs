@@ -3,7 +3,7 @@
 
 use super::levels::{Levels, integral};
 use super::system::{Column, Matrix};
-use crate::numerics::width::{One, Width};
+use crate::numerics::width::Width;
 
 /// Cells that a step is divided into.
 pub(crate) const CELLS: usize = 32;
@@ -200,9 +200,7 @@ impl<W: Width, const D: usize> Local<W, D> {
         coefficients[0] = coefficients[0] + offset;
         coefficients
     }
-}
 
-impl<W: Width, const D: usize> Local<W, D> {
     /// `row·x` as a polynomial in σ.
     #[inline(always)]
     pub(crate) fn quantity(&self, w: W, row: &Column<D>) -> LocalCoefficients<W> {
@@ -287,10 +285,4 @@ pub(crate) fn zero_near<W: Width>(
         }
     }
     (sigma, found)
-}
-
-/// The same of a single run.
-pub(crate) fn sole_zero_near(coefficients: &LocalCoefficients<One>, sigma: f64) -> Option<f64> {
-    let (sigma, found) = zero_near(One, coefficients, sigma, 1);
-    (found != 0).then_some(sigma)
 }

@@ -24,12 +24,12 @@ pub(crate) struct Sought<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Sought<'a, D> {
-    /// The quantity itself.
-    pub(super) fn plain(linear: &'a Linear<D>) -> Self {
+    /// The quantity itself, with its constant part.
+    pub(super) fn plain(linear: &'a Linear<D>, offset: f64) -> Self {
         Self {
             linear,
             scale: 1.0,
-            offset: 0.0,
+            offset,
             command: None,
         }
     }
@@ -89,7 +89,7 @@ impl<'a, const D: usize> Sought<'a, D> {
                 *q = command - *q;
             }
         }
-        Polynomial::new(q)
+        Polynomial(q)
     }
 }
 
@@ -99,17 +99,6 @@ const ABOVE_THE_ENDS: f64 = 1.0 + 1e-14;
 /// Difference of two searches, as a share: another floor leads through
 /// other steps.
 const BELOW_THE_FLOOR: f64 = 1.0 - 1e-12;
-
-/// Peak between the ends, as far as the sketch tells.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum SketchedPeak {
-    /// None, or none above the floor.
-    None,
-    /// The magnitude where the quantity turns.
-    At(f64),
-    /// The sketch does not tell.
-    Unclear,
-}
 
 impl<const D: usize> Flow<'_, D> {
     /// The quantity over `length_s` as a sketch; `None` without a grid, and where
@@ -142,62 +131,95 @@ impl<const D: usize> Flow<'_, D> {
         Some(sketch.around(&self.rate, linear.value(self.start), (time_s, length_s)))
     }
 
-    /// The magnitude at the one place within `length_s` where the quantity
-    /// turns, unless it stays below `floor`. It does not depend on the floor.
-    pub(crate) fn sketched_peak(
+    /// Raises `peak` to the supremum of the quantity's magnitude over `length_s`, which at the
+    /// ends is known.
+    pub(super) fn raise(
         &self,
         sought: &Sought<'_, D>,
         length_s: f64,
-        floor: f64,
-    ) -> SketchedPeak {
-        let Some(curve) = self.curve(sought, length_s) else {
-            return SketchedPeak::Unclear;
-        };
-        if curve.upper(One) <= floor || curve.is_monotone(One) != 0 {
-            return SketchedPeak::None;
+        [from, to]: [f64; 2],
+        peak: &mut f64,
+        work: &mut u64,
+    ) {
+        let (level, slack) = self.table.levels.over(length_s);
+        let chord = sought.chord_bound(level, &self.rate, length_s);
+        if from.abs().max(to.abs()) + slack * chord <= *peak {
+            return;
         }
-        let (theta, known) = curve.turn(One, 1);
-        if known == 0 {
-            return SketchedPeak::Unclear;
+        if slack == 1.0 && (to - from).abs() >= sought.slope_bound(level, &self.rate, length_s) {
+            return;
         }
-        let time_s = theta * length_s;
-        let Some((window, q)) = self.around(sought.linear, time_s) else {
-            return SketchedPeak::Unclear;
-        };
-        let q = scaled::<One>(q, (sought.scale, sought.offset));
-        let sigma = window.sigma(time_s);
-        let (magnitude, known) = match sought.command {
-            Some(command) => match magnitude_behind(&window, &q, command, sigma) {
-                Some(magnitude) => (magnitude, 1),
-                None => (0.0, 0),
-            },
-            None => magnitude_at_turn(One, &q, sigma, 1),
-        };
-        match known {
-            0 => SketchedPeak::Unclear,
-            _ => SketchedPeak::At(magnitude),
+        match self.sketched_peak(sought, length_s, *peak) {
+            Some(raised) => *peak = raised,
+            None => self.search(sought, length_s, peak, work),
         }
     }
 
-    /// The supremum of the quantity's magnitude within `length_s`, if it is
-    /// larger than at both ends and than `floor`. Where there is one, it depends
-    /// on nothing but the solution: the largest of several is the same whichever
-    /// of them a bound has spared.
-    pub(crate) fn peak_within(
-        &self,
-        sought: &Sought<'_, D>,
-        length_s: f64,
-        floor: f64,
-        work: &mut u64,
-    ) -> Option<f64> {
-        let ends = sought.value(self.start, 0.0).abs();
-        let ends = ends.max(sought.value(&self.at(length_s), length_s).abs()) * ABOVE_THE_ENDS;
-        let low = floor * BELOW_THE_FLOOR;
-        if low > ends && self.peak_above(sought, length_s, low, work) <= low {
+    /// `floor`, or the magnitude at the one place within `length_s` where the quantity turns
+    /// if that is larger; `None` where the sketch does not tell. The magnitude does not depend
+    /// on the floor.
+    fn sketched_peak(&self, sought: &Sought<'_, D>, length_s: f64, floor: f64) -> Option<f64> {
+        let curve = self.curve(sought, length_s)?;
+        if curve.upper(One) <= floor || curve.is_monotone(One) != 0 {
+            return Some(floor);
+        }
+        let (theta, known) = curve.turn(One, 1);
+        if known == 0 {
             return None;
         }
-        let peak = self.peak_above(sought, length_s, ends, work);
-        (peak > ends.max(floor)).then_some(peak)
+        let time_s = theta * length_s;
+        let (window, q) = self.around(sought.linear, time_s)?;
+        let q = scaled::<One>(q, (sought.scale, sought.offset));
+        let sigma = window.sigma(time_s);
+        let magnitude = match sought.command {
+            Some(command) => magnitude_behind(&window, &q, command, sigma),
+            None => {
+                let (magnitude, known) = magnitude_at_turn(One, &q, sigma, 1);
+                (known != 0).then_some(magnitude)
+            }
+        };
+        magnitude.map(|magnitude| floor.max(magnitude))
+    }
+
+    /// Raises `peak` by searching the piece; where the command is not smooth, its parts.
+    fn search(&self, sought: &Sought<'_, D>, length_s: f64, peak: &mut f64, work: &mut u64) {
+        let Some((motion, start_s)) = sought.command else {
+            return self.raise_within(sought, length_s, peak, work);
+        };
+        let mut from_s = 0.0;
+        let inner = motion.breaks_from(start_s).iter().map(|t| t - start_s);
+        for to_s in inner.take_while(|&t| t <= length_s).chain([length_s]) {
+            if to_s <= from_s {
+                continue;
+            }
+            let part = Sought {
+                command: Some((motion, start_s + from_s)),
+                ..*sought
+            };
+            if to_s < length_s {
+                *peak = peak.max(part.value(&self.at(to_s), to_s - from_s).abs());
+            }
+            let start = self.at(from_s);
+            let flow = Flow::new(self.table, self.input, &start);
+            flow.raise_within(&part, to_s - from_s, peak, work);
+            from_s = to_s;
+        }
+    }
+
+    /// Raises `peak` to the supremum of the quantity's magnitude within `length_s`, if it is
+    /// larger than at both ends. Where there is one, it depends on nothing but the solution:
+    /// the largest of several is the same whichever of them a bound has spared.
+    fn raise_within(&self, sought: &Sought<'_, D>, length_s: f64, peak: &mut f64, work: &mut u64) {
+        let ends = sought.value(self.start, 0.0).abs();
+        let ends = ends.max(sought.value(&self.at(length_s), length_s).abs()) * ABOVE_THE_ENDS;
+        let low = *peak * BELOW_THE_FLOOR;
+        if low > ends && self.peak_above(sought, length_s, low, work) <= low {
+            return;
+        }
+        let within = self.peak_above(sought, length_s, ends, work);
+        if within > ends {
+            *peak = peak.max(within);
+        }
     }
 
     /// The supremum between the ends, or `floor` if that is larger.
