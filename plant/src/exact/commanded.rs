@@ -11,10 +11,9 @@ use core::array;
 use fearless_simd::Simd;
 
 use super::commanded_table::CommandedTable;
-use super::crossing::Flow;
+use super::crossing::{Flow, Sought};
 use super::levels::BOUND_MARGIN;
 use super::memory::{Carried, Tables};
-use super::peak::Sought;
 use super::piece::{Sights, distances_m};
 use super::power::{about_chord, are_below, is_monotone, raise_product};
 use super::system::{COMMANDED, Column, DELTA, commanded_state, plant_vector};
@@ -63,7 +62,7 @@ impl CommandedPiece<'_> {
         }
         let voltage = table.table.quantity(Quantity::Voltage);
         let [offset_v, _] = table.offsets(self.held);
-        let ends = [(self.flow.start, commands_m[0]), (self.end, commands_m[1])];
+        let ends = [(&self.flow.start, commands_m[0]), (self.end, commands_m[1])];
         let mut figures = [[0.0; FIGURES]; 2];
         for (figures, (x, command_m)) in figures.iter_mut().zip(ends) {
             let carriage_rad = x[BETA] - x[DELTA] - self.offset_rad + span.axis.start_rad;
@@ -77,23 +76,7 @@ impl CommandedPiece<'_> {
         }
         (figures, point)
     }
-}
 
-impl Interior for CommandedPiece<'_> {
-    fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
-        let time_s = theta * span.length_s;
-        let now_s = span.start_s + time_s;
-        let point = self.motion.map_or(MotionPoint::default(), |m| m.at(now_s));
-        let counted = (self.offset_rad, self.table.rad_per_m);
-        plant_vector(&self.flow.at(time_s), counted, &point)
-    }
-
-    fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
-        in_fours!(widest(), simd => self.raise_by_rates(simd, span, extremes));
-    }
-}
-
-impl CommandedPiece<'_> {
     /// Ranges of the figures' slopes, times the step: they stray up to `slack` times as far from
     /// their chords as they may over the whole step.
     #[inline(always)]
@@ -104,7 +87,7 @@ impl CommandedPiece<'_> {
         (extremes, command): (&Extremes, &MotionPoint),
         slack: f64,
     ) -> [[f64; 2]; FIGURES] {
-        let (table, input) = (self.table, self.flow.input);
+        let (table, input) = (self.table, &self.flow.input);
         let rates = [self.flow.rate, table.rates(simd, self.end, input)];
         let [mut from, mut to, strays] = table.slopes(simd, rates.each_ref());
         let mut strays = strays.map(|stray| slack * stray);
@@ -131,7 +114,7 @@ impl CommandedPiece<'_> {
     #[inline(always)]
     fn raise_by_rates(&self, simd: impl Simd, span: &Span<'_>, extremes: &mut Extremes) {
         let (table, length_s) = (self.table, span.length_s);
-        let (start, rates) = (self.flow.start, &self.flow.rate);
+        let (start, rates) = (&self.flow.start, &self.flow.rate);
         let ([from, to], command) = self.ends(span, extremes);
         let motion = &extremes.settings.motion;
         let step_s = table.length_s();
@@ -194,7 +177,7 @@ impl CommandedPiece<'_> {
         let which = open & 0xf;
         if which != 0 || !inside && seen.last_outside_s.is_none() {
             let sights = Sights {
-                flow: self.flow,
+                flow: &self.flow,
                 span,
                 motion,
                 ends: [from, to],
@@ -214,6 +197,20 @@ impl CommandedPiece<'_> {
     }
 }
 
+impl Interior for CommandedPiece<'_> {
+    fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
+        let time_s = theta * span.length_s;
+        let now_s = span.start_s + time_s;
+        let point = self.motion.map_or(MotionPoint::default(), |m| m.at(now_s));
+        let counted = (self.offset_rad, self.table.rad_per_m);
+        plant_vector(&self.flow.at(time_s), counted, &point)
+    }
+
+    fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
+        in_fours!(widest(), simd => self.raise_by_rates(simd, span, extremes));
+    }
+}
+
 /// A held command, 0 under the continuous law, and that law.
 fn parts<'a>(drive: &Drive<'a>) -> (f64, Option<&'a ContinuousPid>) {
     match drive {
@@ -223,28 +220,9 @@ fn parts<'a>(drive: &Drive<'a>) -> (f64, Option<&'a ContinuousPid>) {
 }
 
 impl Automaton {
-    /// One interval.
-    #[inline(always)]
-    pub(super) fn advance_commanded(
-        &mut self,
-        simd: impl Simd,
-        tables: &mut Tables,
-        drive: &Drive<'_>,
-        length_ns: u64,
-        watch: &mut impl Watch,
-    ) -> Result<(), PlantError> {
-        if matches!(drive, Drive::Held(_)) {
-            self.take_up(drive);
-        }
-        match self.keeps_all_modes(simd, tables, drive, length_ns, watch) {
-            true => Ok(()),
-            false => self.advance_from_change_to_change(tables, drive, length_ns, watch),
-        }
-    }
-
-    /// The same where a mode may change, or the continuous law begins.
+    /// One interval in which a mode may change, or the continuous law begins.
     #[inline(never)]
-    fn advance_from_change_to_change(
+    pub(super) fn advance_commanded(
         &mut self,
         tables: &mut Tables,
         drive: &Drive<'_>,
@@ -273,7 +251,7 @@ impl Automaton {
     /// Takes the whole interval in one step if the bounds exclude a change; under the
     /// continuous law from where the last one ended.
     #[inline(always)]
-    fn keeps_all_modes(
+    pub(super) fn keeps_all_modes(
         &mut self,
         simd: impl Simd,
         tables: &mut Tables,
@@ -360,8 +338,8 @@ impl Automaton {
             table,
             flow: Flow {
                 table: &table.table,
-                input: &input,
-                start: &start,
+                input,
+                start,
                 rate: rates,
             },
             end: &end,
@@ -407,10 +385,10 @@ impl Automaton {
             let guards = self.guards(drive);
             let (limit, offsets) = (pid.map_or(0.0, ContinuousPid::limit), table.offsets(held));
             let linear = guards.map(|g| Some(self.linear_guard(g?, &table.table, limit, offsets)));
-            let flow = Flow::new(&table.table, &input, &start);
+            let flow = Flow::new(&table.table, input, start);
             let zero = flow.first_zero(&linear, end_s - interval.done_s, 0);
             let time_s = interval.now_s();
-            let stop = zero.map_err(|_| PlantError::TooStiff { time_s })?;
+            let stop = zero.ok_or(PlantError::TooStiff { time_s })?;
             interval.count_work(stop.work, watch)?;
             let command = match pid {
                 None => command,
@@ -426,8 +404,7 @@ impl Automaton {
             };
             let demand = table.demand(&stop.x);
             let y = plant_vector(&stop.x, counted, &command.point);
-            self.move_over(drive, interval, &stop, y, &piece, watch)?;
-            if self.end_of_piece(interval, &stop, &guards, drive, watch)? {
+            if self.move_over(drive, interval, (&stop, &guards), y, &piece, watch)? {
                 let Some(pid) = pid else { return Ok(None) };
                 let time_ns = self.time_ns + length_ns;
                 let later = pid.motion().breaks_from(seconds(time_ns)).first();

@@ -38,26 +38,14 @@ fn affine(row: &Column<COMMANDED>) -> Affine {
 /// What a table depends on besides axis and law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Key {
-    carries: bool,
-    guide: GuideMode,
-    amplifier: AmplifierMode,
-    stage: StageMode,
+    /// True of a joint that carries torque.
+    pub(super) carries: bool,
+    pub(super) guide: GuideMode,
+    pub(super) amplifier: AmplifierMode,
+    pub(super) stage: StageMode,
     /// How fast the command changes; none where it is held.
-    coupling: Option<Coupling>,
-    length_ns: u64,
-}
-
-impl Key {
-    pub(super) fn new(mode: &Mode, coupling: Option<Coupling>, length_ns: u64) -> Self {
-        Self {
-            carries: mode.joint.carries(),
-            guide: mode.guide,
-            amplifier: mode.amplifier,
-            stage: mode.stage,
-            coupling,
-            length_ns,
-        }
-    }
+    pub(super) coupling: Option<Coupling>,
+    pub(super) length_ns: u64,
 }
 
 /// The axis with its amplifier in one mode, over one length.

@@ -92,7 +92,14 @@ impl Tables {
         pid: Option<&ContinuousPid>,
         (coupling, length_ns): (Option<Coupling>, u64),
     ) -> usize {
-        let key = Key::new(mode, coupling, length_ns);
+        let key = Key {
+            carries: mode.joint.carries(),
+            guide: mode.guide,
+            amplifier: mode.amplifier,
+            stage: mode.stage,
+            coupling,
+            length_ns,
+        };
         if pid.is_some() && self.pid.as_deref() != pid {
             // All of them are of another law.
             self.commanded.clear();

@@ -1,14 +1,13 @@
 //! A piece of the exact solution, and what the figures of a run look at on it.
 
-use super::crossing::Flow;
+use super::crossing::{Flow, Sought};
 use super::held_table::HeldTable;
 use super::loss::heat_of_part;
-use super::peak::Sought;
-use super::system::{Column, HELD, to_plant_vector};
+use super::system::{Column, DELTA, HELD};
 use super::table::Quantity;
 use crate::model::axis::Drive;
 use crate::model::motion::{Motion, MotionPoint};
-use crate::model::state::{CURRENT, Vector};
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT, Vector};
 use crate::numerics::width::{One, Width};
 use crate::observe::extremes::{
     CARRIAGE, Extremes, FIGURES, POWER, Seen, figures_at, is_following_error,
@@ -18,7 +17,7 @@ use crate::observe::{Interior, Span};
 /// One piece of the solution with the quantities that figures are made of.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sights<'a, const D: usize> {
-    pub(super) flow: Flow<'a, D>,
+    pub(super) flow: &'a Flow<'a, D>,
     pub(super) span: &'a Span<'a>,
     pub(super) motion: &'a Motion,
     /// The figures at both ends.
@@ -94,7 +93,7 @@ impl<'a, const D: usize> Sights<'a, D> {
         if from_m.max(to_m) + slack * chord <= band_m {
             return None;
         }
-        (self.flow).last_outside(&distance, band_m, length_s, work)
+        self.flow.last_outside(&distance, band_m, length_s, work)
     }
 }
 
@@ -130,11 +129,8 @@ pub(crate) fn behind_figure<W: Width>(
 #[derive(Debug, Clone, Copy)]
 pub(super) struct HeldPiece<'a> {
     pub(super) table: &'a HeldTable,
+    pub(super) flow: Flow<'a, HELD>,
     pub(super) voltage_v: f64,
-    pub(super) input: Column<HELD>,
-    pub(super) start: Column<HELD>,
-    /// dx/dt at the start.
-    pub(super) rate: Column<HELD>,
     pub(super) offset_rad: f64,
     /// β̂, which a held voltage does not advance.
     pub(super) beta_integral_rads: f64,
@@ -143,21 +139,20 @@ pub(super) struct HeldPiece<'a> {
 impl HeldPiece<'_> {
     /// End of the whole step.
     pub(super) fn whole_end(&self) -> Column<HELD> {
-        let (step, start) = (&self.table.step, self.start.into());
+        let (step, start) = (&self.table.step, self.flow.start.into());
         step.take(One, &start, self.voltage_v).end().into()
     }
 
     pub(super) fn plant_vector(&self, x: &Column<HELD>) -> Vector {
-        to_plant_vector(x, self.offset_rad, self.beta_integral_rads)
-    }
-
-    pub(super) fn flow(&self) -> Flow<'_, HELD> {
-        Flow {
-            table: &self.table.table,
-            input: &self.input,
-            start: &self.start,
-            rate: self.rate,
-        }
+        Vector::from([
+            x[BETA],
+            x[BETA_DOT],
+            x[DELTA] + self.offset_rad,
+            x[EPSILON_DOT],
+            x[CURRENT],
+            self.beta_integral_rads,
+            0.0,
+        ])
     }
 
     /// Raises the peaks whose bits are set in `which` to those over the piece, its ends
@@ -180,7 +175,7 @@ impl HeldPiece<'_> {
             figures_at(span.axis, &span.modes.0, y, given)
         };
         let sights = Sights {
-            flow: self.flow(),
+            flow: &self.flow,
             span,
             motion,
             ends: [
@@ -205,7 +200,7 @@ impl HeldPiece<'_> {
 
 impl Interior for HeldPiece<'_> {
     fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
-        self.plant_vector(&self.flow().at(theta * span.length_s))
+        self.plant_vector(&self.flow.at(theta * span.length_s))
     }
 
     fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
@@ -214,7 +209,8 @@ impl Interior for HeldPiece<'_> {
         let band_m = extremes.settings.settling_band_m;
         let command = self.look(span, (u8::MAX, band_m), extremes);
         extremes.command_at_end = Some((span.end_s(), command));
-        let (current, [_, rates @ ..]): (_, [f64; HELD]) = (self.start[CURRENT], self.rate.into());
+        let (current, rates) = (self.flow.start[CURRENT], self.flow.rate);
+        let [_, rates @ ..]: [f64; HELD] = rates.into();
         let [joint_loss_j, armature_loss_j, charge_as] = match length_s == table.length_s() {
             true => table.step.heat(One, current, &rates),
             false => {

@@ -12,10 +12,9 @@
 //! its ends, and its slope within the slope's bound of its chord's; or both within their
 //! sketches' remainders of these.
 
-use super::crossing::{Flow, Leg, Stretch};
+use super::crossing::{Flow, Leg, Sought, Stretch};
 use super::curve::binomials;
 use super::levels::TERMS;
-use super::peak::Sought;
 use crate::numerics::bernstein::Polynomial;
 
 /// Coefficients of a factor and of the product.
@@ -111,7 +110,7 @@ pub(super) fn raise_product<const D: usize>(
     }
     let mut walk = flow.walk(length_s, 0);
     // A walk that the mode's guards took too, so it ends.
-    while let Ok(Some(stretch)) = walk.next(|leg| stays_below_over(factors, leg, *peak)) {
+    while let Some(stretch) = walk.next(|leg| stays_below_over(factors, leg, *peak)) {
         match stretch {
             Stretch::Settled(leg) => {
                 let [a, b] = factors.each_ref().map(|sought| sought.value(&leg.to, 0.0));

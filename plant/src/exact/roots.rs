@@ -215,7 +215,7 @@ impl Polynomial {
         }
         let one_way = bends.iter().all(|&c| c <= 0.0) || bends.iter().all(|&c| c >= 0.0);
         if one_way {
-            return floor.max(self.extreme_between(b, from, to).abs());
+            return floor.max(self.size_between(b, from, to));
         }
         let (left, right) = halves(One, b);
         let middle = 0.5 * (from + to);
@@ -224,23 +224,18 @@ impl Polynomial {
         self.peak_in(&right, middle, to, floor, halvings - 1)
     }
 
-    /// The value where the slope is zero, or the end beyond which it would be.
-    fn extreme_between(&self, b: &Bernstein, from: f64, to: f64) -> f64 {
+    /// The magnitude where the slope is zero, or at the end beyond which it would be.
+    fn size_between(&self, b: &Bernstein, from: f64, to: f64) -> f64 {
         let (first, last) = (b[1] - b[0], b[TERMS] - b[TERMS - 1]);
         if first == 0.0 || first * last >= 0.0 {
-            let ends = [b[0], b[TERMS]];
-            return if ends[0].abs() > ends[1].abs() {
-                ends[0]
-            } else {
-                ends[1]
-            };
+            return b[0].abs().max(b[TERMS].abs());
         }
         let mut slope = [0.0; N];
         for (n, (s, &a)) in (1_u32..).zip(slope.iter_mut().zip(&self.0[1..])) {
             *s = f64::from(n) * a * first.signum();
         }
         let theta = Self(slope).root_between(from, to);
-        self.value_and_slope(theta).0
+        self.value_and_slope(theta).0.abs()
     }
 
     /// The last θ in \[0, `end`\] at which |q| exceeds `band`, if any.

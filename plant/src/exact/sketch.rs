@@ -18,7 +18,7 @@
 use fearless_simd::Simd;
 
 use super::curve::{Curve, SLOPES};
-use super::grid::{CELLS, Grid, LocalCoefficients, MOST_LEVELS, TERMS, Window};
+use super::grid::{CELLS, Grid, LocalCoefficients, MOST_LEVELS, TERMS, Window, sum};
 use super::levels::Levels;
 use super::sums::{times, weighted};
 use super::system::{Column, Matrix};
@@ -258,17 +258,14 @@ impl<const D: usize> Sketch<D> {
         w: W,
         rate: &[W::Vector; D],
     ) -> ([W::Vector; SLOPES], W::Vector) {
-        let mut slopes = [rate[0]; SLOPES];
+        let (mut slopes, mut sizes) = ([rate[0]; SLOPES], *rate);
         for (slope, row) in slopes.iter_mut().zip(&self.slopes) {
-            *slope = w.splat(row[0]) * rate[0];
-            for j in 1..D {
-                *slope = *slope + w.splat(row[j]) * rate[j];
-            }
+            *slope = sum(w, |j| row[j], rate);
         }
-        let mut stray = w.splat(self.stray[0]) * w.abs(rate[0]);
-        for (rate, of_rate) in rate.iter().zip(&self.stray).skip(1) {
-            stray = stray + w.splat(*of_rate) * w.abs(*rate);
+        for size in &mut sizes {
+            *size = w.abs(*size);
         }
+        let stray = sum(w, |j| self.stray[j], &sizes);
         (slopes, stray)
     }
 

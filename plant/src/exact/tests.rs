@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::crossing::{Flow, LinearGuard};
+use super::crossing::{Flow, LinearGuard, Sought};
 use super::curve::{Found, first_zero, value_and_slope};
 use super::grid::{CELLS, Grid, horner};
 use super::levels::{ChordBounds, Levels, TERMS, Taylor, growth_down_to};
@@ -106,13 +106,11 @@ fn strays((a, row, rate): &Case, length_s: f64) -> (f64, f64) {
 fn all_hold((a, row, rate): &Case, offset: f64, length_s: f64) -> bool {
     let table = Table::new(Levels::new(a, length_s), None, &[*row]);
     let guard = LinearGuard {
-        linear: table.quantity(Quantity::Delta),
-        sign: 1.0,
-        offset,
+        quantity: Sought::plain(table.quantity(Quantity::Delta), offset),
         noise: 0.0,
         fresh: false,
     };
-    Flow::new(&table, rate, &Column::zeros()).all_hold(&[Some(guard)], length_s)
+    Flow::new(&table, *rate, Column::zeros()).all_hold(&[Some(guard)], length_s)
 }
 
 /// Fails unless a sketch of `row·x` over a step of `length_s` is as near as it says,
