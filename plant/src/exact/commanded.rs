@@ -159,7 +159,8 @@ impl CommandedPiece<'_> {
             .map(|(of, offset)| Sought::plain(table.table.quantity(of), offset));
         if open >> VOLTAGE != 0 {
             let (ends_v, peak_v) = ([from[VOLTAGE], to[VOLTAGE]], &mut peaks[VOLTAGE]);
-            flow.raise(&voltage, length_s, ends_v, peak_v, work);
+            let over = table.table.levels.over(length_s);
+            flow.raise(&voltage, length_s, over, ends_v, peak_v, work);
         }
         if power_open {
             raise_product(flow, &[voltage, current], length_s, &mut power_w, work);
@@ -177,7 +178,7 @@ impl CommandedPiece<'_> {
         let which = open & 0xf;
         if which != 0 || !inside && seen.last_outside_s.is_none() {
             let sights = Sights {
-                flow: &self.flow,
+                flow: self.flow,
                 span,
                 motion,
                 ends: [from, to],

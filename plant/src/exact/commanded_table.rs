@@ -123,12 +123,12 @@ impl<const N: usize> Heat<N> {
             return self.of.over(z, length_s);
         }
         let mut sums = [f64x4::splat(simd, 0.0); 3];
-        for (j, (column, rate)) in self.rates.0.iter().zip(rates.iter()).enumerate() {
-            let rate = f64x4::splat(simd, *rate);
-            for (i, (sum, coefficients)) in sums.iter_mut().zip(column).enumerate() {
+        for j in 0..COMMANDED {
+            let rate = f64x4::splat(simd, rates[j]);
+            for (i, sum) in sums.iter_mut().enumerate() {
                 // R is an upper triangle.
                 if 4 * i <= first + j {
-                    *sum += f64x4::from_slice(simd, coefficients) * rate;
+                    *sum += f64x4::from_slice(simd, &self.rates.0[j][i]) * rate;
                 }
             }
         }

@@ -286,6 +286,9 @@ impl<const D: usize> Levels<D> {
     /// chord must be taken for the piece: twice where that is shorter, as its chord lies up to
     /// once the deviation from the longer one's.
     pub(super) fn over(&self, length_s: f64) -> (usize, f64) {
+        if length_s == self.steps[0].length_s {
+            return (0, 1.0);
+        }
         let longer = self.steps.iter().take_while(|s| s.length_s >= length_s);
         let level = longer.count().saturating_sub(1);
         let whole = self.steps[level].length_s == length_s;

@@ -53,16 +53,16 @@ impl<const D: usize> Flow<'_, D> {
     }
 
     /// Raises `peak` to the supremum of the quantity's magnitude over `length_s`, which at the
-    /// ends is known.
+    /// ends is known; `level` and `slack` are those of [`super::levels::Levels::over`].
     pub(super) fn raise(
         &self,
         sought: &Sought<'_, D>,
         length_s: f64,
+        (level, slack): (usize, f64),
         [from, to]: [f64; 2],
         peak: &mut f64,
         work: &mut u64,
     ) {
-        let (level, slack) = self.table.levels.over(length_s);
         let chord = sought.chord_bound(level, &self.rate, length_s);
         if from.abs().max(to.abs()) + slack * chord <= *peak {
             return;

@@ -17,7 +17,7 @@ use crate::observe::{Interior, Span};
 /// One piece of the solution with the quantities that figures are made of.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sights<'a, const D: usize> {
-    pub(super) flow: &'a Flow<'a, D>,
+    pub(super) flow: Flow<'a, D>,
     pub(super) span: &'a Span<'a>,
     pub(super) motion: &'a Motion,
     /// The figures at both ends.
@@ -62,13 +62,16 @@ impl<'a, const D: usize> Sights<'a, D> {
     /// piece, those at its ends being known, and looks at the settling band.
     pub(super) fn look(&self, mut peaks: [f64; FIGURES], which: u8, band_m: f64) -> Seen {
         let (mut work, length_s) = (0, self.span.length_s);
+        let over = self.flow.table.levels.over(length_s);
         for (figure, peak) in peaks.iter_mut().enumerate() {
             if which >> figure & 1 != 0 {
-                let (sought, ends) = (self.figure(figure), self.ends.map(|end| end[figure]));
-                self.flow.raise(&sought, length_s, ends, peak, &mut work);
+                let [from, to] = &self.ends;
+                let (sought, ends) = (self.figure(figure), [from[figure], to[figure]]);
+                self.flow
+                    .raise(&sought, length_s, over, ends, peak, &mut work);
             }
         }
-        let after_s = self.last_outside(band_m, &mut work);
+        let after_s = self.last_outside(band_m, over, &mut work);
         Seen {
             peaks,
             last_outside_s: after_s.map(|t| self.span.start_s + t),
@@ -78,7 +81,12 @@ impl<'a, const D: usize> Sights<'a, D> {
 
     /// Last time at which the carriage is further than `band_m` from the travel, counted
     /// from the start of the piece \[s\].
-    fn last_outside(&self, band_m: f64, work: &mut u64) -> Option<f64> {
+    fn last_outside(
+        &self,
+        band_m: f64,
+        (level, slack): (usize, f64),
+        work: &mut u64,
+    ) -> Option<f64> {
         let length_s = self.span.length_s;
         let [from_m, to_m] = distances_m(self.span, self.motion);
         if to_m > band_m {
@@ -88,7 +96,6 @@ impl<'a, const D: usize> Sights<'a, D> {
         let p = self.span.axis.pitch_m_per_rad;
         let offset_m = self.motion.travel_m() + p * self.offset_rad();
         let distance = self.sought(Quantity::ScrewAngle, -p, offset_m, self.ahead);
-        let (level, slack) = self.flow.table.levels.over(length_s);
         let chord = distance.chord_bound(level, &self.flow.rate, length_s);
         if from_m.max(to_m) + slack * chord <= band_m {
             return None;
@@ -175,7 +182,7 @@ impl HeldPiece<'_> {
             figures_at(span.axis, &span.modes.0, y, given)
         };
         let sights = Sights {
-            flow: &self.flow,
+            flow: self.flow,
             span,
             motion,
             ends: [
