@@ -76,19 +76,14 @@ impl Lane {
         &mut self,
         shared: &mut Shared,
         (step, piece): (&PastStep, Option<&Piece>),
-        (which, band_m): (u8, f64),
+        sought: (u8, f64),
     ) {
         let mut plant = self.plant.at(&step.state, step.time_ns);
         plant.mode = step.mode;
         let (tables, extremes) = (&mut shared.tables, &mut self.extremes);
         let held = (step.voltage_v, shared.phases[step.phase].length_ns);
-        match piece {
-            None => plant.look_at_step(tables, held, (which, band_m), extremes),
-            Some(piece) => {
-                let times_s = (piece.start_s, piece.length_s);
-                plant.look_at_piece(tables, held, times_s, (&piece.end, which), extremes);
-            }
-        }
+        let piece = piece.map(|piece| ((piece.start_s, piece.length_s), &piece.end));
+        plant.look_at(tables, held, piece, sought, extremes);
     }
 
     /// Looks for the last instant outside the settling band within a step.

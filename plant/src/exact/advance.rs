@@ -6,25 +6,23 @@
 
 use fearless_simd::Simd;
 
-use super::crossing::Stop;
+use super::crossing::{Flow, Stop};
 use super::held_table::HeldTable;
 use super::levels::NOISE_ULPS;
-use super::loss::DRIVING;
 use super::memory::Tables;
-use super::piece::{HeldPiece, Piece};
-use super::system::{Column, DELTA, HELD, held_state, to_plant_vector};
+use super::piece::HeldPiece;
+use super::system::{Column, DELTA, HELD, held_state};
 use crate::hybrid::guard::Guards;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::amplifier::{Stage, StageMode};
 use crate::model::axis::Drive;
 use crate::model::joint::JointMode;
-use crate::model::motion::MotionPoint;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON_DOT, State, Vector};
 use crate::numerics::seconds;
 use crate::numerics::width::{One, Width};
-use crate::observe::extremes::{CARRIAGE, Extremes};
-use crate::observe::{Interior, Watch};
+use crate::observe::extremes::Extremes;
+use crate::observe::{Interior, Span, Watch};
 
 impl Automaton {
     /// Solver `exact` over `length_ns` from now.
@@ -40,15 +38,19 @@ impl Automaton {
         if self.axis.resistance.quadratic_ns2_per_rad2 != 0.0 {
             return Err(PlantError::NotAffine);
         }
-        match drive {
-            Drive::Held(voltage_v) if self.has_voltage_of_command() => {
+        if let Drive::Held(voltage_v) = drive {
+            if self.has_voltage_of_command() {
                 if !self.keeps_mode(tables, drive, *voltage_v, length_ns, watch) {
                     self.advance_held(tables, drive, *voltage_v, length_ns, watch)?;
                 }
-                Ok(())
+                return Ok(());
             }
-            _ => self.advance_commanded(simd, tables, drive, length_ns, watch),
+            self.take_up(drive);
         }
+        if !self.keeps_all_modes(simd, tables, drive, length_ns, watch) {
+            self.advance_commanded(tables, drive, length_ns, watch)?;
+        }
+        Ok(())
     }
 
     /// True if the motor has the voltage of the command.
@@ -87,27 +89,23 @@ impl Automaton {
         let strays = || table.step.gap_strays(One, &sizes);
         let joint_keeps = self.joint_keeps([deltas[0], c, d, deltas[1]], strays)
             && end.iter().all(|x| x.is_finite());
-        let slides = |s: f64| {
-            let speed = |x: &Column<HELD>| s * (x[BETA_DOT] - x[EPSILON_DOT]);
+        let guide = self.mode.guide;
+        let guide_keeps = guide == GuideMode::AsWritten || {
+            let speed = |x: &Column<HELD>| guide.direction() * (x[BETA_DOT] - x[EPSILON_DOT]);
             speed(&start).min(speed(&end)) > table.step.guide_strays(One, &sizes)
         };
-        let guide_keeps = match self.mode.guide {
-            GuideMode::AsWritten => true,
-            GuideMode::Slides(direction) => slides(direction.sign()),
-            GuideMode::Stuck => false,
+        let current_keeps = |[_, limit_a]: [f64; 2]| {
+            let largest = start[CURRENT].abs().max(end[CURRENT].abs());
+            limit_a - largest > table.step.current_strays(One, &sizes)
         };
-        let current_keeps = || match self.axis.stage.limits() {
-            Some([_, limit_a]) => {
-                let largest = start[CURRENT].abs().max(end[CURRENT].abs());
-                limit_a - largest > table.step.current_strays(One, &sizes)
-            }
-            None => true,
-        };
-        if !(joint_keeps && guide_keeps && current_keeps()) {
+        let stage_keeps = || self.axis.stage.limits().is_none_or(current_keeps);
+        if !(joint_keeps && guide_keeps && stage_keeps()) {
             return false;
         }
-        let y = to_plant_vector(&end, offset_rad, self.y[BETA_INTEGRAL]);
-        let piece = self.piece_with(table, voltage_v, &rates);
+        let [a, b, c, d] = rates;
+        let rate = Column::<HELD>::new(start[BETA_DOT], a, b, c, d);
+        let piece = self.piece_with(table, voltage_v, [start, rate]);
+        let y = piece.plant_vector(&end);
         let times_s = (seconds(self.time_ns), seconds(length_ns));
         self.move_along(drive, times_s, y, &piece, watch);
         true
@@ -141,82 +139,63 @@ impl Automaton {
     #[inline(always)]
     fn piece<'t>(&self, table: &'t HeldTable, voltage_v: f64) -> HeldPiece<'t> {
         let start = held_state(&self.y, self.axis.offset_rad(&self.mode));
-        let [_, rates @ ..] = table.step.rates(One, &start.into(), voltage_v);
-        self.piece_with(table, voltage_v, &rates)
+        let rate = table.step.rates(One, &start.into(), voltage_v);
+        self.piece_with(table, voltage_v, [start, rate.into()])
     }
 
-    /// The same where the rates of β̇, δ, ε̇ and I are known.
+    /// The same where the start is known with the rates there.
     #[inline(always)]
     fn piece_with<'t>(
         &self,
         table: &'t HeldTable,
         voltage_v: f64,
-        [a, b, c, d]: &[f64; DRIVING],
+        [start, rate]: [Column<HELD>; 2],
     ) -> HeldPiece<'t> {
-        let offset_rad = self.axis.offset_rad(&self.mode);
-        let start = held_state(&self.y, offset_rad);
+        let flow = Flow {
+            table: &table.table,
+            input: table.system.input(voltage_v),
+            start,
+            rate,
+        };
         HeldPiece {
             table,
-            input: table.system.input(voltage_v),
-            rate: Column::<HELD>::new(start[BETA_DOT], *a, *b, *c, *d),
-            start,
-            offset_rad,
+            flow,
+            voltage_v,
+            offset_rad: self.axis.offset_rad(&self.mode),
             beta_integral_rads: self.y[BETA_INTEGRAL],
         }
     }
 
-    /// Searches the step that the bound allows for the extremes of
-    /// [`Extremes::peaks`] whose bits are set in `which`, and for when the
+    /// Searches the step that the bound allows, or a piece of it with its times and its end,
+    /// for the extremes of [`Extremes::peaks`] whose bits are set in `which`, and for when the
     /// carriage is last further than `band_m` from the travel.
-    pub(crate) fn look_at_step(
+    pub(crate) fn look_at(
         &self,
         tables: &mut Tables,
         (voltage_v, length_ns): (f64, u64),
-        sought: (u8, f64),
-        extremes: &mut Extremes,
-    ) {
-        let table = tables.held(&self.axis, &self.mode, length_ns);
-        let solution = self.piece(table, voltage_v);
-        let end = solution.whole_end(voltage_v);
-        let times_s = (seconds(self.time_ns), seconds(length_ns));
-        self.look((&solution, voltage_v), times_s, &end, sought, extremes);
-    }
-
-    /// The same for a piece of the step, which ends in `end`.
-    pub(crate) fn look_at_piece(
-        &self,
-        tables: &mut Tables,
-        (voltage_v, length_ns): (f64, u64),
-        times_s: (f64, f64),
-        (end, which): (&State, u8),
-        extremes: &mut Extremes,
-    ) {
-        let table = tables.held(&self.axis, &self.mode, length_ns);
-        let solution = self.piece(table, voltage_v);
-        let sought = (which, f64::INFINITY);
-        let end = end.to_vector();
-        self.look((&solution, voltage_v), times_s, &end, sought, extremes);
-    }
-
-    fn look(
-        &self,
-        (solution, voltage_v): (&HeldPiece<'_>, f64),
-        (start_s, length_s): (f64, f64),
-        end: &Vector,
+        piece: Option<((f64, f64), &State)>,
         (which, band_m): (u8, f64),
         extremes: &mut Extremes,
     ) {
-        let motion = &extremes.settings.motion;
-        let mut commands = [MotionPoint::default(); 2];
-        if which >> CARRIAGE & 0b11 != 0 {
-            commands = [motion.at(start_s), motion.at(start_s + length_s)];
-        }
-        let (ends, times_s) = ([&self.y, end], (start_s, length_s));
-        let command = (motion, commands);
-        let piece = Piece::new(&self.axis, &self.mode, ends, command, times_s, voltage_v);
-        let sights = solution.sights(&self.axis, piece);
-        let seen = sights.look_at(which, band_m, extremes);
-        extremes.take(&seen);
+        let table = tables.held(&self.axis, &self.mode, length_ns);
+        let solution = self.piece(table, voltage_v);
+        let ((start_s, length_s), end) = match piece {
+            Some((times_s, end)) => (times_s, end.to_vector()),
+            None => (
+                (seconds(self.time_ns), seconds(length_ns)),
+                solution.plant_vector(&solution.whole_end()),
+            ),
+        };
+        let span = Span {
+            axis: &self.axis,
+            drive: &Drive::Held(voltage_v),
+            modes: (self.mode, self.mode),
+            start_s,
+            length_s,
+            y: (&self.y, &end),
+            interior: &solution,
+        };
+        solution.look(&span, (which, band_m), extremes);
     }
 
     /// The interval under a held voltage from change to change.
@@ -232,7 +211,12 @@ impl Automaton {
     ) -> Result<(), PlantError> {
         let mut interval = Interval::new(seconds(self.time_ns), seconds(length_ns));
         let table = tables.held(&self.axis, &self.mode, length_ns);
-        self.set_parting_noise(table, voltage_v);
+        // A loaded flank has come away when it has fallen further than the rounding of the terms
+        // that make up δ, and of b itself.
+        let start = held_state(&self.y, self.axis.offset_rad(&self.mode));
+        let terms = table.step.terms_of_delta(One, &start.into(), voltage_v);
+        self.axis
+            .set_parting_noise(NOISE_ULPS * terms, interval.length_s);
         self.settle(drive, &interval, watch)?;
         loop {
             if !self.has_voltage_of_command() {
@@ -240,39 +224,38 @@ impl Automaton {
                 self.advance_commanded_to(tables, drive, ends, &mut interval, watch)?;
                 return Ok(());
             }
-            let (mode, offset_rad) = (self.mode, self.axis.offset_rad(&self.mode));
-            let table = tables.held(&self.axis, &mode, length_ns);
+            let table = tables.held(&self.axis, &self.mode, length_ns);
             let piece = self.piece(table, voltage_v);
             let left_s = interval.length_s - interval.done_s;
             let guards = self.guards(drive);
-            let linear = guards.map(|g| Some(self.linear_guard(g?, &table.table, 0.0)));
-            let zero = piece.flow().first_zero(&linear, left_s, 1);
+            let linear = guards.map(|g| Some(self.linear_guard(g?, &table.table, 0.0, [0.0; 2])));
+            let zero = piece.flow.first_zero(&linear, left_s, 1);
             let time_s = interval.now_s();
-            let stop = zero.map_err(|_| PlantError::TooStiff { time_s })?;
+            let stop = zero.ok_or(PlantError::TooStiff { time_s })?;
             interval.count_work(stop.work, watch)?;
             let mut end = stop.x;
             if stop.guard.is_none() && interval.done_s == 0.0 {
                 // The very step that the bound would have allowed.
-                end = table.step.end(One, &piece.start.into(), voltage_v).into();
+                end = piece.whole_end();
             }
-            let y = to_plant_vector(&end, offset_rad, piece.beta_integral_rads);
-            self.move_over(drive, &interval, &stop, y, &piece, watch)?;
-            if self.end_of_piece(&mut interval, &stop, &guards, drive, watch)? {
+            let y = piece.plant_vector(&end);
+            if self.move_over(drive, &mut interval, (&stop, &guards), y, &piece, watch)? {
                 return Ok(());
             }
         }
     }
 
-    /// Emits the span up to `stop` and moves there.
+    /// Emits the span up to `stop`, moves there and switches at the guard that stopped the
+    /// piece; `true` at the end of the interval.
     pub(super) fn move_over<const D: usize>(
         &mut self,
         drive: &Drive<'_>,
-        interval: &Interval,
-        stop: &Stop<D>,
+        interval: &mut Interval,
+        (stop, guards): (&Stop<D>, &Guards),
         y: Vector,
         interior: &dyn Interior,
         watch: &mut impl Watch,
-    ) -> Result<(), PlantError> {
+    ) -> Result<bool, PlantError> {
         let time_s = interval.now_s();
         if !y.iter().all(|v| v.is_finite()) {
             return Err(PlantError::NonFinite { time_s });
@@ -289,37 +272,13 @@ impl Automaton {
                 None => self.y[BETA_DOT] = 0.0,
             }
         }
-        Ok(())
-    }
-
-    /// Switches at the guard that stopped the piece; `true` at the end of the
-    /// interval.
-    pub(super) fn end_of_piece<const D: usize>(
-        &mut self,
-        interval: &mut Interval,
-        stop: &Stop<D>,
-        guards: &Guards,
-        drive: &Drive<'_>,
-        watch: &mut impl Watch,
-    ) -> Result<bool, PlantError> {
         interval.done_s += stop.time_s;
-        match stop.guard.and_then(|place| guards[place]) {
-            None => Ok(true),
-            Some(guard) => {
-                interval.count_event()?;
-                self.switch(guard, drive, interval, watch);
-                self.settle(drive, interval, watch)?;
-                Ok(false)
-            }
-        }
-    }
-
-    /// Sets how far a loaded flank must fall to have come away: above the
-    /// rounding of the terms that make up δ, and of b itself.
-    fn set_parting_noise(&mut self, table: &HeldTable, voltage_v: f64) {
-        let x = held_state(&self.y, self.axis.offset_rad(&self.mode));
-        let terms = table.step.terms_of_delta(One, &x.into(), voltage_v);
-        let length_s = table.length_s();
-        self.axis.set_parting_noise(NOISE_ULPS * terms, length_s);
+        let Some(guard) = stop.guard.and_then(|place| guards[place]) else {
+            return Ok(true);
+        };
+        interval.count_event()?;
+        self.switch(guard, drive, interval, watch);
+        self.settle(drive, interval, watch)?;
+        Ok(false)
     }
 }

@@ -10,16 +10,14 @@ use core::array;
 
 use fearless_simd::Simd;
 
-use super::commanded_table::{CommandedTable, FIGURES};
-use super::crossing::{Flow, LinearGuard};
+use super::commanded_table::CommandedTable;
+use super::crossing::{Flow, Sought};
 use super::levels::BOUND_MARGIN;
 use super::memory::{Carried, Tables};
-use super::peak::Sought;
-use super::piece::{Piece, Sights, raise_quantity};
+use super::piece::{Sights, distances_m};
 use super::power::{about_chord, are_below, is_monotone, raise_product};
 use super::system::{COMMANDED, Column, DELTA, commanded_state, plant_vector};
 use super::table::Quantity;
-use crate::hybrid::guard::Guard;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
 use crate::model::axis::Drive;
@@ -30,11 +28,12 @@ use crate::model::state::{BETA, CURRENT, Vector};
 use crate::numerics::seconds;
 use crate::numerics::vectors::{in_fours, widest};
 use crate::numerics::width::{One, Width};
-use crate::observe::extremes::{CARRIAGE, Extremes, POWER, Seen};
+use crate::observe::extremes::{CARRIAGE, Extremes, FIGURES, POWER, Seen};
 use crate::observe::{Interior, Span, Watch};
 
-/// Place of the voltage among what a piece looks at first.
-const VOLTAGE: usize = 4;
+/// Place of the voltage among what a piece looks at: that of the power, of which all is known
+/// first.
+const VOLTAGE: usize = POWER;
 
 /// A smooth piece of the solution.
 #[derive(Debug, Clone, Copy)]
@@ -62,8 +61,8 @@ impl CommandedPiece<'_> {
             commands_m = [start, point].map(|point| point.displacement_m);
         }
         let voltage = table.table.quantity(Quantity::Voltage);
-        let offset_v = table.voltage.offset(self.held);
-        let ends = [(self.flow.start, commands_m[0]), (self.end, commands_m[1])];
+        let [offset_v, _] = table.offsets(self.held);
+        let ends = [(&self.flow.start, commands_m[0]), (self.end, commands_m[1])];
         let mut figures = [[0.0; FIGURES]; 2];
         for (figures, (x, command_m)) in figures.iter_mut().zip(ends) {
             let carriage_rad = x[BETA] - x[DELTA] - self.offset_rad + span.axis.start_rad;
@@ -77,23 +76,7 @@ impl CommandedPiece<'_> {
         }
         (figures, point)
     }
-}
 
-impl Interior for CommandedPiece<'_> {
-    fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
-        let time_s = theta * span.length_s;
-        let now_s = span.start_s + time_s;
-        let point = self.motion.map_or(MotionPoint::default(), |m| m.at(now_s));
-        let counted = (self.offset_rad, self.table.rad_per_m);
-        plant_vector(&self.flow.at(time_s), counted, &point)
-    }
-
-    fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
-        in_fours!(widest(), simd => self.raise_by_rates(simd, span, extremes));
-    }
-}
-
-impl CommandedPiece<'_> {
     /// Ranges of the figures' slopes, times the step: they stray up to `slack` times as far from
     /// their chords as they may over the whole step.
     #[inline(always)]
@@ -104,7 +87,7 @@ impl CommandedPiece<'_> {
         (extremes, command): (&Extremes, &MotionPoint),
         slack: f64,
     ) -> [[f64; 2]; FIGURES] {
-        let (table, input) = (self.table, self.flow.input);
+        let (table, input) = (self.table, &self.flow.input);
         let rates = [self.flow.rate, table.rates(simd, self.end, input)];
         let [mut from, mut to, strays] = table.slopes(simd, rates.each_ref());
         let mut strays = strays.map(|stray| slack * stray);
@@ -131,7 +114,7 @@ impl CommandedPiece<'_> {
     #[inline(always)]
     fn raise_by_rates(&self, simd: impl Simd, span: &Span<'_>, extremes: &mut Extremes) {
         let (table, length_s) = (self.table, span.length_s);
-        let (start, rates) = (self.flow.start, &self.flow.rate);
+        let (start, rates) = (&self.flow.start, &self.flow.rate);
         let ([from, to], command) = self.ends(span, extremes);
         let motion = &extremes.settings.motion;
         let step_s = table.length_s();
@@ -170,27 +153,21 @@ impl CommandedPiece<'_> {
             }
             power_open &= !is_monotone(factors, [VOLTAGE, 1].map(|i| slopes[i]));
         }
-        let offset_v = table.voltage.offset(self.held);
-        let voltage = Sought {
-            offset: offset_v,
-            ..Sought::plain(table.table.quantity(Quantity::Voltage))
-        };
+        let (flow, work) = (&self.flow, &mut extremes.work);
+        let [offset_v, _] = table.offsets(self.held);
+        let [voltage, current] = [(Quantity::Voltage, offset_v), (Quantity::Current, 0.0)]
+            .map(|(of, offset)| Sought::plain(table.table.quantity(of), offset));
         if open >> VOLTAGE != 0 {
-            let (of, ends_v) = ((voltage.linear, offset_v), [from[VOLTAGE], to[VOLTAGE]]);
-            let (peak_v, work) = (&mut peaks[VOLTAGE], &mut extremes.work);
-            raise_quantity(&self.flow, of, ends_v, length_s, peak_v, work);
+            let (ends_v, peak_v) = ([from[VOLTAGE], to[VOLTAGE]], &mut peaks[VOLTAGE]);
+            let over = table.table.levels.over(length_s);
+            flow.raise(&voltage, length_s, over, ends_v, peak_v, work);
         }
         if power_open {
-            let current = Sought::plain(table.table.quantity(Quantity::Current));
-            let (quantities, work) = ([voltage, current], &mut extremes.work);
-            raise_product(&self.flow, &quantities, length_s, &mut power_w, work);
+            raise_product(flow, &[voltage, current], length_s, &mut power_w, work);
         }
         let motion = &extremes.settings.motion;
         let band_m = extremes.settings.settling_band_m;
-        let p = span.axis.pitch_m_per_rad;
-        let distances_m =
-            [span.y.0, span.y.1].map(|y| motion.travel_m() - p * span.axis.screw_angle_rad(y));
-        let [from_m, to_m] = distances_m.map(f64::abs);
+        let [from_m, to_m] = distances_m(span, motion);
         let inside = One.max(from_m, to_m) + strays[CARRIAGE] + bend_m / 8.0 <= band_m;
         let [a, b, c, d, peak_v] = peaks;
         let mut seen = Seen {
@@ -200,17 +177,14 @@ impl CommandedPiece<'_> {
         };
         let which = open & 0xf;
         if which != 0 || !inside && seen.last_outside_s.is_none() {
-            let piece = Piece {
+            let sights = Sights {
+                flow: self.flow,
+                span,
                 motion,
-                start_s: span.start_s,
-                length_s,
-                // What is known of the power is all.
-                voltage_v: 0.0,
-                ends: [from, to].map(|[a, b, c, d, _]| [a, b, c, d, 0.0]),
-                distances_m,
+                ends: [from, to],
+                constants: (self.offset_rad, table.screw_load),
+                ahead: self.motion.is_some(),
             };
-            let (constants, counted) = ((self.offset_rad, table.screw_load), self.motion.is_some());
-            let sights = Sights::new(span.axis, self.flow, constants, piece, counted);
             seen = sights.look(seen.peaks, which, band_m);
         }
         extremes.take(&seen);
@@ -224,6 +198,20 @@ impl CommandedPiece<'_> {
     }
 }
 
+impl Interior for CommandedPiece<'_> {
+    fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
+        let time_s = theta * span.length_s;
+        let now_s = span.start_s + time_s;
+        let point = self.motion.map_or(MotionPoint::default(), |m| m.at(now_s));
+        let counted = (self.offset_rad, self.table.rad_per_m);
+        plant_vector(&self.flow.at(time_s), counted, &point)
+    }
+
+    fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
+        in_fours!(widest(), simd => self.raise_by_rates(simd, span, extremes));
+    }
+}
+
 /// A held command, 0 under the continuous law, and that law.
 fn parts<'a>(drive: &Drive<'a>) -> (f64, Option<&'a ContinuousPid>) {
     match drive {
@@ -233,28 +221,9 @@ fn parts<'a>(drive: &Drive<'a>) -> (f64, Option<&'a ContinuousPid>) {
 }
 
 impl Automaton {
-    /// One interval.
-    #[inline(always)]
-    pub(super) fn advance_commanded(
-        &mut self,
-        simd: impl Simd,
-        tables: &mut Tables,
-        drive: &Drive<'_>,
-        length_ns: u64,
-        watch: &mut impl Watch,
-    ) -> Result<(), PlantError> {
-        if matches!(drive, Drive::Held(_)) {
-            self.take_up(drive);
-        }
-        match self.keeps_all_modes(simd, tables, drive, length_ns, watch) {
-            true => Ok(()),
-            false => self.advance_from_change_to_change(tables, drive, length_ns, watch),
-        }
-    }
-
-    /// The same where a mode may change, or the continuous law begins.
+    /// One interval in which a mode may change, or the continuous law begins.
     #[inline(never)]
-    fn advance_from_change_to_change(
+    pub(super) fn advance_commanded(
         &mut self,
         tables: &mut Tables,
         drive: &Drive<'_>,
@@ -283,7 +252,7 @@ impl Automaton {
     /// Takes the whole interval in one step if the bounds exclude a change; under the
     /// continuous law from where the last one ended.
     #[inline(always)]
-    fn keeps_all_modes(
+    pub(super) fn keeps_all_modes(
         &mut self,
         simd: impl Simd,
         tables: &mut Tables,
@@ -324,15 +293,11 @@ impl Automaton {
         let Some(table) = commanded.get(place) else {
             return false;
         };
-        let behind_held;
         let input = match pid {
-            Some(_) => table.own_input(),
-            None => {
-                behind_held = table.input(held);
-                &behind_held
-            }
+            Some(_) => table.input[0],
+            None => table.input(held),
         };
-        let rates = table.rates(simd, &start, input);
+        let rates = table.rates(simd, &start, &input);
         let command = command.after(&table.command);
         let end = table.step(simd, &start, held, &command);
         // What is not finite strays for ever, or to what is not a number.
@@ -360,7 +325,7 @@ impl Automaton {
             }
             Stage::CurrentLoop { limit_v, .. } => {
                 let beyond = table.table.quantity(Quantity::Beyond);
-                let offset = table.beyond.offset(held);
+                let [_, offset] = table.offsets(held);
                 let ends = [&start, &end].map(|x| (beyond.value(x) + offset).abs());
                 limit_v - ends[0].max(ends[1]) > of_beyond
             }
@@ -371,7 +336,12 @@ impl Automaton {
         let y = plant_vector(&end, (offset_rad, table.rad_per_m), &command.point);
         let piece = CommandedPiece {
             table,
-            flow: Flow::with_rate(&table.table, input, &start, rates),
+            flow: Flow {
+                table: &table.table,
+                input,
+                start,
+                rate: rates,
+            },
             end: &end,
             motion: pid.map(ContinuousPid::motion),
             held,
@@ -413,12 +383,12 @@ impl Automaton {
             let noise_rad = table.rounding_of_delta(&start);
             self.axis.set_parting_noise(noise_rad, seconds(length_ns));
             let guards = self.guards(drive);
-            let limit = pid.map_or(0.0, ContinuousPid::limit);
-            let linear = guards.map(|guard| Some(self.commanded_guard(guard?, table, held, limit)));
-            let flow = Flow::new(&table.table, &input, &start);
+            let (limit, offsets) = (pid.map_or(0.0, ContinuousPid::limit), table.offsets(held));
+            let linear = guards.map(|g| Some(self.linear_guard(g?, &table.table, limit, offsets)));
+            let flow = Flow::new(&table.table, input, start);
             let zero = flow.first_zero(&linear, end_s - interval.done_s, 0);
             let time_s = interval.now_s();
-            let stop = zero.map_err(|_| PlantError::TooStiff { time_s })?;
+            let stop = zero.ok_or(PlantError::TooStiff { time_s })?;
             interval.count_work(stop.work, watch)?;
             let command = match pid {
                 None => command,
@@ -434,8 +404,7 @@ impl Automaton {
             };
             let demand = table.demand(&stop.x);
             let y = plant_vector(&stop.x, counted, &command.point);
-            self.move_over(drive, interval, &stop, y, &piece, watch)?;
-            if self.end_of_piece(interval, &stop, &guards, drive, watch)? {
+            if self.move_over(drive, interval, (&stop, &guards), y, &piece, watch)? {
                 let Some(pid) = pid else { return Ok(None) };
                 let time_ns = self.time_ns + length_ns;
                 let later = pid.motion().breaks_from(seconds(time_ns)).first();
@@ -454,36 +423,6 @@ impl Automaton {
                 let untouched = self.y == y && self.mode == mode;
                 return Ok(untouched.then_some(carried));
             }
-        }
-    }
-
-    /// A guard as a linear function of the table's state.
-    fn commanded_guard<'t>(
-        &self,
-        guard: Guard,
-        table: &'t CommandedTable,
-        held: f64,
-        limit: f64,
-    ) -> LinearGuard<'t, COMMANDED> {
-        let (limit_v, limit_a, _) = self.axis.stage.numbers();
-        let beyond = table.beyond.offset(held);
-        let (quantity, sign, offset) = match guard {
-            Guard::Saturate(d) => (Quantity::Beyond, -d.sign(), limit_v - d.sign() * beyond),
-            Guard::Desaturate(d) => (Quantity::Beyond, d.sign(), d.sign() * beyond - limit_v),
-            Guard::LetGo(d) => (Quantity::Beyond, d.sign(), d.sign() * beyond),
-            Guard::Return(d) => (Quantity::Current, d.sign(), -limit_a),
-            Guard::Overrun(d) => {
-                let holding_v = d.sign() * table.voltage.offset(held);
-                (Quantity::Voltage, d.sign(), limit_v + holding_v)
-            }
-            _ => return self.linear_guard(guard, &table.table, limit),
-        };
-        LinearGuard {
-            linear: table.table.quantity(quantity),
-            sign,
-            offset,
-            noise: 0.0,
-            fresh: self.fresh == Some(guard),
         }
     }
 }

@@ -16,32 +16,28 @@
 //! be told from a touch.
 
 use super::curve::{Found, first_zero as first_zero_of, without_start};
-use super::grid::{Local, sole_zero_near};
-use super::levels::{BOUND_MARGIN, Levels, Taylor};
+use super::grid::{Local, scaled, zero_near};
+use super::levels::{BOUND_MARGIN, Coefficients, TERMS, Taylor};
 use super::roots::Polynomial;
 use super::system::Column;
 use super::table::{Linear, Quantity, Table};
-
 use crate::hybrid::Automaton;
 use crate::hybrid::guard::{Guard, speed_noise};
+use crate::model::motion::Motion;
 use crate::numerics::width::One;
 
 /// Steps of one walk after which the plant is called too stiff: a sample of
 /// the stiffest axis that was tried takes some thousands.
 const MOST_STEPS: u32 = 4_000_000;
 
-/// The walk took too many steps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct TooManySteps;
-
 /// The solution of `dx/dt = A·x + u` from `start`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Flow<'a, const D: usize> {
-    pub(crate) table: &'a Table<D>,
-    pub(super) input: &'a Column<D>,
-    pub(crate) start: &'a Column<D>,
+    pub(super) table: &'a Table<D>,
+    pub(super) input: Column<D>,
+    pub(super) start: Column<D>,
     /// dx/dt at the start.
-    pub(crate) rate: Column<D>,
+    pub(super) rate: Column<D>,
 }
 
 /// One step along the solution.
@@ -71,57 +67,36 @@ pub(crate) enum Stretch<const D: usize> {
 
 /// A walk of a given length, and where it stands.
 #[derive(Debug, Clone)]
-pub(crate) struct Walk<'a, const D: usize> {
-    levels: &'a Levels<D>,
-    input: &'a Column<D>,
+pub(super) struct Walk<'a, const D: usize> {
+    flow: &'a Flow<'a, D>,
     length_s: f64,
     time_s: f64,
     level: usize,
     steps: u32,
-    pub(crate) x: Column<D>,
+    x: Column<D>,
     /// dx/dt there, once it is known.
     rate: Option<Column<D>>,
 }
 
 impl<'a, const D: usize> Flow<'a, D> {
-    pub(crate) fn new(table: &'a Table<D>, input: &'a Column<D>, start: &'a Column<D>) -> Self {
-        Self::with_rate(table, input, start, table.levels.a * start + input)
-    }
-
-    /// The same where the rate at the start is known.
-    pub(crate) fn with_rate(
-        table: &'a Table<D>,
-        input: &'a Column<D>,
-        start: &'a Column<D>,
-        rate: Column<D>,
-    ) -> Self {
+    pub(super) fn new(table: &'a Table<D>, input: Column<D>, start: Column<D>) -> Self {
         Self {
             table,
             input,
             start,
-            rate,
+            rate: table.levels.a * start + input,
         }
     }
 
-    /// The same solution from another state on it.
-    pub(crate) fn from<'b>(&self, start: &'b Column<D>) -> Flow<'b, D>
-    where
-        'a: 'b,
-    {
-        Flow::new(self.table, self.input, start)
-    }
-
     /// A walk that tries steps from `first_level` on.
-    pub(crate) fn walk(&self, length_s: f64, first_level: usize) -> Walk<'a, D> {
-        let levels = &self.table.levels;
+    pub(super) fn walk(&self, length_s: f64, first_level: usize) -> Walk<'_, D> {
         Walk {
-            levels,
-            input: self.input,
+            flow: self,
             length_s,
             time_s: 0.0,
-            level: first_level.min(levels.steps.len() - 1),
+            level: first_level.min(self.table.levels.steps.len() - 1),
             steps: 0,
-            x: *self.start,
+            x: self.start,
             rate: Some(self.rate),
         }
     }
@@ -129,7 +104,7 @@ impl<'a, const D: usize> Flow<'a, D> {
     /// The solution around `time_s`, where the table has a grid.
     pub(crate) fn near(&self, time_s: f64) -> Option<Local<One, D>> {
         let grid = self.table.grid.as_ref()?;
-        let from = (&(*self.start).into(), &self.rate.into());
+        let from = (&self.start.into(), &self.rate.into());
         Some(grid.near(One, &self.table.levels.a, from, time_s))
     }
 
@@ -140,7 +115,7 @@ impl<'a, const D: usize> Flow<'a, D> {
             return local.at(local.window.sigma(time_s)).into();
         }
         let mut walk = self.walk(time_s, 0);
-        while let Ok(Some(_)) = walk.next(|_| true) {}
+        while walk.next(|_| true).is_some() {}
         walk.x
     }
 }
@@ -152,32 +127,29 @@ const SPARE: f64 = 4.0 * f64::EPSILON;
 impl<const D: usize> Walk<'_, D> {
     /// Work of the walk so far. A walk on any but a stiff table is so short that it
     /// counts as none: runs side by side spare other ones than a single run.
-    pub(crate) fn work(&self) -> u64 {
-        if self.levels.is_stiff() {
-            u64::from(self.steps)
-        } else {
-            0
+    pub(super) fn work(&self) -> u64 {
+        match self.flow.table.levels.is_stiff() {
+            true => u64::from(self.steps),
+            false => 0,
         }
     }
 
-    /// The next stretch, `None` at the end of the walk.
-    pub(crate) fn next(
-        &mut self,
-        settled: impl Fn(&Leg<D>) -> bool,
-    ) -> Result<Option<Stretch<D>>, TooManySteps> {
-        let steps = &self.levels.steps;
+    /// The next stretch; `None` at the end of the walk, and where it takes too many steps.
+    pub(super) fn next(&mut self, settled: impl Fn(&Leg<D>) -> bool) -> Option<Stretch<D>> {
+        let levels = &self.flow.table.levels;
+        let steps = &levels.steps;
         let last = steps.len() - 1;
         let left_s = self.length_s - self.time_s;
         let spare_s = SPARE * self.length_s;
         if left_s <= spare_s {
-            return Ok(None);
+            return None;
         }
         let rate = self.rate.take();
-        let rate = rate.unwrap_or_else(|| self.levels.a * self.x + self.input);
+        let rate = rate.unwrap_or_else(|| levels.a * self.x + self.flow.input);
         loop {
             self.steps += 1;
             if self.steps > MOST_STEPS {
-                return Err(TooManySteps);
+                return None;
             }
             let step = &steps[self.level];
             let whole = step.length_s <= left_s + spare_s;
@@ -196,13 +168,13 @@ impl<const D: usize> Walk<'_, D> {
             if whole && settled(&leg) {
                 self.move_to(&leg);
                 self.level = self.level.saturating_sub(1);
-                return Ok(Some(Stretch::Settled(leg)));
+                return Some(Stretch::Settled(leg));
             }
             if self.level < last {
                 self.level += 1;
                 continue;
             }
-            let series = Taylor::new(&self.levels.a, &leg.from, &rate, step.length_s);
+            let series = Taylor::new(&levels.a, &leg.from, &rate, step.length_s);
             let mut end = 1.0;
             if !whole {
                 leg.length_s = left_s;
@@ -210,7 +182,7 @@ impl<const D: usize> Walk<'_, D> {
                 leg.to = series.at(end);
             }
             self.move_to(&leg);
-            return Ok(Some(Stretch::Leaf { leg, series, end }));
+            return Some(Stretch::Leaf { leg, series, end });
         }
     }
 
@@ -220,12 +192,93 @@ impl<const D: usize> Walk<'_, D> {
     }
 }
 
-/// A guard `offset + sign·row·x`, positive within the mode.
+/// A quantity `scale·row·x + offset`, or the command less that.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sought<'a, const D: usize> {
+    pub(crate) linear: &'a Linear<D>,
+    pub(crate) scale: f64,
+    pub(crate) offset: f64,
+    /// The command with the time at which the solution starts \[s\]; it must
+    /// be smooth over the stretch.
+    pub(crate) command: Option<(&'a Motion, f64)>,
+}
+
+impl<'a, const D: usize> Sought<'a, D> {
+    /// The quantity itself, with its constant part.
+    pub(super) fn plain(linear: &'a Linear<D>, offset: f64) -> Self {
+        Self {
+            linear,
+            scale: 1.0,
+            offset,
+            command: None,
+        }
+    }
+
+    pub(crate) fn value(&self, x: &Column<D>, time_s: f64) -> f64 {
+        let q = self.scale * self.linear.value(x) + self.offset;
+        match self.command {
+            None => q,
+            Some((motion, start_s)) => motion.at(start_s + time_s).displacement_m - q,
+        }
+    }
+
+    /// Bound of how far the quantity strays from its chord over `length_s`, a step of
+    /// level `level` or shorter: by what the plant's part may, and `T²/8` times
+    /// sup|a_ref| for the command.
+    pub(crate) fn chord_bound(&self, level: usize, rate: &Column<D>, length_s: f64) -> f64 {
+        let own = self.scale.abs() * self.linear.bounds.over(level, rate);
+        (own + self.bend(length_s) / 8.0) * BOUND_MARGIN
+    }
+
+    /// The change above which the quantity is monotone over a step of level
+    /// `level`; `T²/2` times sup|a_ref| for the command.
+    pub(crate) fn slope_bound(&self, level: usize, rate: &Column<D>, length_s: f64) -> f64 {
+        let own = self.scale.abs() * self.linear.bounds.slope_over(level, rate);
+        (own + self.bend(length_s) / 2.0) * BOUND_MARGIN
+    }
+
+    fn bend(&self, length_s: f64) -> f64 {
+        self.command.map_or(0.0, |(motion, _)| {
+            motion.peak_acceleration_mps2 * length_s * length_s
+        })
+    }
+
+    /// True if the quantity's magnitude stays below `floor` within a leg, but
+    /// for its ends.
+    pub(super) fn stays_below(&self, leg: &Leg<D>, floor: f64) -> bool {
+        let end_s = leg.start_s + leg.length_s;
+        let (from, to) = (
+            self.value(&leg.from, leg.start_s),
+            self.value(&leg.to, end_s),
+        );
+        let (level, rate, length_s) = (leg.level, &leg.rate, leg.length_s);
+        (to - from).abs() >= self.slope_bound(level, rate, length_s)
+            || from.abs().max(to.abs()) + self.chord_bound(level, rate, length_s) <= floor
+    }
+
+    pub(super) fn polynomial(&self, leg: &Leg<D>, series: &Taylor<D>, end: f64) -> Polynomial {
+        let mut q = series.quantity(&self.linear.row);
+        for c in &mut q {
+            *c *= self.scale;
+        }
+        q[0] += self.offset;
+        if let Some((motion, start_s)) = self.command {
+            let mut command: Coefficients = [0.0; TERMS + 1];
+            let now = motion.oscillator(start_s + leg.start_s);
+            now.series(leg.length_s / end, &mut command);
+            for (q, command) in q.iter_mut().zip(command) {
+                *q = command - *q;
+            }
+        }
+        Polynomial(q)
+    }
+}
+
+/// A guard, positive within the mode.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LinearGuard<'a, const D: usize> {
-    pub(crate) linear: &'a Linear<D>,
-    pub(crate) sign: f64,
-    pub(crate) offset: f64,
+    /// It has the guard's sign as its scale, and no command.
+    pub(crate) quantity: Sought<'a, D>,
     /// Depth below zero to which the guard must fall to count. The crossing is then
     /// its zero all the same: every separation of a joint that rattles would
     /// else come late, by the same sign, and the next impacts multiply that.
@@ -246,46 +299,55 @@ pub(crate) struct Stop<const D: usize> {
 }
 
 impl Automaton {
-    /// A guard of the present mode as a linear function of the table's state.
+    /// A guard of the present mode as a linear function of the table's state. `limit` is that
+    /// of the law's demand, and behind the command voltage and [`Quantity::Beyond`] have these
+    /// constant parts.
     pub(crate) fn linear_guard<'t, const D: usize>(
         &self,
         guard: Guard,
         table: &'t Table<D>,
         limit: f64,
+        [voltage_v, beyond]: [f64; 2],
     ) -> LinearGuard<'t, D> {
         let joint = self.axis.joint;
         let b = self.axis.backlash_half_rad();
         let release_nm = joint.map_or(0.0, |joint| self.axis.release_noise_nm(joint, &self.y));
         let part_rad = joint.map_or(0.0, |joint| release_nm / joint.stiffness_nm_per_rad);
         let holding_nm = self.axis.holding_torque_nm;
-        let (quantity, sign, offset, noise) = match guard {
+        let (limit_v, limit_a, _) = self.axis.stage.numbers();
+        let (quantity, sign, offset) = match guard {
             // In the gap δ = ε.
-            Guard::Meet(f) => (Quantity::Delta, -f.sign(), b, 0.0),
-            Guard::Part(f) => (Quantity::Delta, f.sign(), 0.0, part_rad),
-            Guard::Release(f) => (Quantity::FlankTorque, f.sign(), 0.0, release_nm),
-            Guard::Reload(f) => (Quantity::FlankTorque, -f.sign(), 0.0, 0.0),
-            Guard::Stop(d) => (Quantity::ScrewSpeed, d.sign(), 0.0, speed_noise(&self.y)),
+            Guard::Meet(f) => (Quantity::Delta, -f.sign(), b),
+            Guard::Part(f) => (Quantity::Delta, f.sign(), 0.0),
+            Guard::Release(f) => (Quantity::FlankTorque, f.sign(), 0.0),
+            Guard::Reload(f) => (Quantity::FlankTorque, -f.sign(), 0.0),
+            Guard::Stop(d) => (Quantity::ScrewSpeed, d.sign(), 0.0),
             Guard::Break(d) => {
                 let holds_nm = holding_nm + d.sign() * self.axis.load_torque_nm();
-                (Quantity::MovingTorque, -d.sign(), holds_nm, 0.0)
+                (Quantity::MovingTorque, -d.sign(), holds_nm)
             }
-            Guard::Limit(d) => (Quantity::Demand, -d.sign(), limit, 0.0),
-            Guard::Unlimit(d) => (Quantity::Demand, d.sign(), -limit, 0.0),
-            Guard::Hold(d) => {
-                let (_, limit_a, _) = self.axis.stage.numbers();
-                (Quantity::Current, -d.sign(), limit_a, 0.0)
-            }
-            // Behind the command of the paper's amplifier there is nothing else.
-            Guard::Saturate(_)
-            | Guard::Desaturate(_)
-            | Guard::LetGo(_)
-            | Guard::Overrun(_)
-            | Guard::Return(_) => (Quantity::Delta, 0.0, 1.0, 0.0),
+            Guard::Limit(d) => (Quantity::Demand, -d.sign(), limit),
+            Guard::Unlimit(d) => (Quantity::Demand, d.sign(), -limit),
+            Guard::Saturate(d) => (Quantity::Beyond, -d.sign(), limit_v - d.sign() * beyond),
+            Guard::Desaturate(d) => (Quantity::Beyond, d.sign(), d.sign() * beyond - limit_v),
+            Guard::Hold(d) => (Quantity::Current, -d.sign(), limit_a),
+            Guard::LetGo(d) => (Quantity::Beyond, d.sign(), d.sign() * beyond),
+            Guard::Overrun(d) => (Quantity::Voltage, d.sign(), limit_v + d.sign() * voltage_v),
+            Guard::Return(d) => (Quantity::Current, d.sign(), -limit_a),
+        };
+        let noise = match guard {
+            Guard::Part(_) => part_rad,
+            Guard::Release(_) => release_nm,
+            Guard::Stop(_) => speed_noise(&self.y),
+            _ => 0.0,
         };
         LinearGuard {
-            linear: table.quantity(quantity),
-            sign,
-            offset,
+            quantity: Sought {
+                linear: table.quantity(quantity),
+                scale: sign,
+                offset,
+                command: None,
+            },
             noise,
             fresh: self.fresh == Some(guard),
         }
@@ -294,13 +356,14 @@ impl Automaton {
 
 impl<const D: usize> LinearGuard<'_, D> {
     fn value(&self, x: &Column<D>) -> f64 {
-        (self.offset + self.noise) + self.sign * self.linear.row.dot(x)
+        let of = &self.quantity;
+        (of.offset + self.noise) + of.scale * of.linear.row.dot(x)
     }
 
     /// True if the guard stays positive over a leg.
     fn holds_over(&self, leg: &Leg<D>) -> bool {
         let lower = self.value(&leg.from).min(self.value(&leg.to));
-        lower > BOUND_MARGIN * self.linear.bounds.over(leg.level, &leg.rate)
+        lower > BOUND_MARGIN * self.quantity.linear.bounds.over(leg.level, &leg.rate)
     }
 
     /// True if the solution leaves the guard's surface with this leg.
@@ -310,25 +373,22 @@ impl<const D: usize> LinearGuard<'_, D> {
 
     /// First zero of the guard over a step, as far as its sketch tells.
     fn sketched_zero(&self, flow: &Flow<'_, D>, theta: f64) -> Option<Found> {
-        let from = (&(*flow.start).into(), &flow.rate.into());
-        let given = (self.sign, self.offset);
-        let curve = self.linear.curve(One, &flow.table.levels, from, given)?;
-        let found = if self.fresh {
-            let rest = without_start(One, &curve.values);
-            if rest.iter().all(|&b| b > curve.stray) {
-                return Some(Found::None);
-            }
-            let rest = without_start(One, &curve.values_until(One, theta));
-            first_zero_of(&rest, curve.stray, 0.0, HALVINGS)
-        } else if curve.values.iter().all(|&b| b > curve.stray) {
-            Found::None
-        } else {
-            let values = curve.values_until(One, theta);
-            first_zero_of(&values, curve.stray, self.noise, HALVINGS)
+        let curve = flow.whole_curve(&self.quantity)?;
+        let holds = match self.fresh {
+            true => curve.holds_after_start(One, theta),
+            false => curve.holds_until(One, theta),
+        };
+        if holds != 0 {
+            return Some(Found::None);
+        }
+        let (values, stray) = (curve.values_until(One, theta), curve.stray);
+        let found = match self.fresh {
+            true => first_zero_of(&without_start(One, &values), stray, 0.0, HALVINGS),
+            false => first_zero_of(&values, stray, self.noise, HALVINGS),
         };
         match found {
             // One zero only.
-            Found::At { from, to, .. }
+            Found::At([_, from, to])
                 if from > 0.0 && curve.falls_within(One, theta * from, theta * to) =>
             {
                 Some(found)
@@ -339,12 +399,7 @@ impl<const D: usize> LinearGuard<'_, D> {
     }
 
     fn first_zero(&self, leg: &Leg<D>, series: &Taylor<D>, end: f64) -> Option<f64> {
-        let mut coefficients = series.quantity(&self.linear.row);
-        for c in &mut coefficients {
-            *c *= self.sign;
-        }
-        coefficients[0] += self.offset;
-        let q = Polynomial::new(coefficients);
+        let q = self.quantity.polynomial(leg, series, end);
         if self.starts_with(leg) {
             return q.without_root_at_start().first_negative(end);
         }
@@ -365,32 +420,32 @@ impl<const D: usize> Flow<'_, D> {
         length_s: f64,
     ) -> Option<Stop<D>> {
         let theta = length_s / self.table.levels.steps[0].length_s;
-        let mut first: Option<(usize, &LinearGuard<'_, D>, [f64; 3])> = None;
+        let mut first: Option<(usize, &Sought<'_, D>, [f64; 3])> = None;
         for (place, guard) in guards.iter().enumerate() {
             let Some(guard) = guard else { continue };
-            let Found::At { theta, from, to } = guard.sketched_zero(self, theta)? else {
+            let Found::At(zero) = guard.sketched_zero(self, theta)? else {
                 continue;
             };
+            let [theta, from, to] = zero;
             match first {
                 Some((.., [_, low, high])) if from <= high && low <= to => return None,
                 Some((.., [earliest, ..])) if earliest < theta => {}
-                _ => first = Some((place, guard, [theta, from, to])),
+                _ => first = Some((place, &guard.quantity, zero)),
             }
         }
-        let Some((place, guard, [zero, from, to])) = first else {
+        let Some((place, of, [zero, from, to])) = first else {
             return Some(self.end(length_s));
         };
         let local = self.near(zero * length_s);
         let (window, coefficients) = match &local {
-            Some(local) => (local.window, local.quantity(One, &guard.linear.row)),
-            None => self.around(guard.linear, zero * length_s)?,
+            Some(local) => (local.window, local.quantity(One, &of.linear.row)),
+            None => self.around(of.linear, zero * length_s)?,
         };
-        let mut coefficients = coefficients.map(|c| guard.sign * c);
-        coefficients[0] += guard.offset;
-        let sigma = sole_zero_near(&coefficients, window.sigma(zero * length_s))?;
+        let coefficients = scaled::<One>(coefficients, (of.scale, of.offset));
+        let (sigma, found) = zero_near(One, &coefficients, window.sigma(zero * length_s), 1);
         let time_s = window.time_s(sigma);
         let within = (from * length_s..=to * length_s).contains(&time_s);
-        (within && time_s > 0.0 && time_s <= length_s).then(|| Stop {
+        (found != 0 && within && time_s > 0.0 && time_s <= length_s).then(|| Stop {
             time_s,
             x: local.map_or_else(|| self.at(time_s), |local| local.at(sigma).into()),
             guard: Some(place),
@@ -415,7 +470,7 @@ impl<const D: usize> Flow<'_, D> {
         let leg = Leg {
             start_s: 0.0,
             length_s,
-            from: *self.start,
+            from: self.start,
             rate: self.rate,
             to: self.start + step.integral * self.rate,
             level: 0,
@@ -425,18 +480,19 @@ impl<const D: usize> Flow<'_, D> {
             && (guards.iter().flatten()).all(|guard| !guard.fresh && guard.holds_over(&leg))
     }
 
-    /// The first zero of a guard within `length_s`, or the end.
-    pub(crate) fn first_zero(
+    /// The first zero of a guard within `length_s`, or the end; `None` if the walk there takes
+    /// too many steps.
+    pub(super) fn first_zero(
         &self,
         guards: &[Option<LinearGuard<'_, D>>],
         length_s: f64,
         first_level: usize,
-    ) -> Result<Stop<D>, TooManySteps> {
+    ) -> Option<Stop<D>> {
         if first_level == 0 && self.all_hold(guards, length_s) {
-            return Ok(self.end(length_s));
+            return Some(self.end(length_s));
         }
         if let Some(stop) = self.sketched_zero(guards, length_s) {
-            return Ok(stop);
+            return Some(stop);
         }
         let mut walk = self.walk(length_s, first_level);
         let settled = |leg: &Leg<D>| {
@@ -444,7 +500,7 @@ impl<const D: usize> Flow<'_, D> {
                 |guard: &LinearGuard<'_, D>| !guard.starts_with(leg) && guard.holds_over(leg);
             guards.iter().flatten().all(passes)
         };
-        while let Some(stretch) = walk.next(settled)? {
+        while let Some(stretch) = walk.next(settled) {
             let Stretch::Leaf { leg, series, end } = stretch else {
                 continue;
             };
@@ -461,7 +517,7 @@ impl<const D: usize> Flow<'_, D> {
                 }
             }
             if let Some((theta, place)) = first {
-                return Ok(Stop {
+                return Some(Stop {
                     time_s: leg.start_s + theta / end * leg.length_s,
                     x: series.at(theta),
                     guard: Some(place),
@@ -469,7 +525,7 @@ impl<const D: usize> Flow<'_, D> {
                 });
             }
         }
-        Ok(Stop {
+        (walk.steps <= MOST_STEPS).then(|| Stop {
             time_s: length_s,
             x: walk.x,
             guard: None,

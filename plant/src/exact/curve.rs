@@ -125,9 +125,7 @@ impl<W: Width> Curve<W> {
         let highest = slope + w.splat(10.0) * bend * (to - from) + self.stray;
         w.greater(w.splat(0.0), highest)
     }
-}
 
-impl<W: Width> Curve<W> {
     /// The values up to θ; the slopes stay those of the whole step.
     #[inline(always)]
     pub(crate) fn values_until(&self, w: W, theta: W::Vector) -> [W::Vector; VALUES] {
@@ -211,8 +209,8 @@ impl<W: Width> Curve<W> {
 pub(crate) enum Found {
     /// There is none.
     None,
-    /// There is one, near here; in `from ..= to` there is no other.
-    At { theta: f64, from: f64, to: f64 },
+    /// There is one, near the first of these; from the second to the third there is no other.
+    At([f64; 3]),
     /// The remainder does not let it tell.
     Unclear,
 }
@@ -235,30 +233,19 @@ pub(crate) fn first_zero<const N: usize>(
     }
     let zero = sole_zero(One, b, (stray, noise), 1);
     if zero.known != 0 {
-        let Zero {
-            theta, from, to, ..
-        } = zero;
-        return Found::At { theta, from, to };
+        return Found::At([zero.theta, zero.from, zero.to]);
     }
     if halvings == 0 {
         return Found::Unclear;
     }
     let (left, right) = halves(One, b);
-    let within = |found, from: f64| match found {
-        Found::At {
-            theta,
-            from: low,
-            to,
-        } => Found::At {
-            theta: from + 0.5 * theta,
-            from: from + 0.5 * low,
-            to: from + 0.5 * to,
-        },
-        other => other,
+    let (found, middle) = match first_zero(&left, stray, noise, halvings - 1) {
+        Found::None => (first_zero(&right, stray, noise, halvings - 1), 0.5),
+        found => (found, 0.0),
     };
-    match first_zero(&left, stray, noise, halvings - 1) {
-        Found::None => within(first_zero(&right, stray, noise, halvings - 1), 0.5),
-        found => within(found, 0.0),
+    match found {
+        Found::At(zero) => Found::At(zero.map(|theta| middle + 0.5 * theta)),
+        found => found,
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::levels::{Levels, integral};
 use super::system::{Column, Matrix};
-use crate::numerics::width::{One, Width};
+use crate::numerics::width::Width;
 
 /// Cells that a step is divided into.
 pub(crate) const CELLS: usize = 32;
@@ -110,12 +110,12 @@ impl<const D: usize> Grid<D> {
         let (mut centre, mut here) = (*x, *rate);
         for (i, (x, rate)) in centre.iter_mut().zip(&mut here).enumerate() {
             *x = *x + change[i];
-            *rate = *rate + sum(w, a, i, &change);
+            *rate = *rate + sum(w, |j| a[(i, j)], &change);
         }
         let mut terms = [centre; TERMS + 1];
         for (slot, matrix) in terms.iter_mut().skip(1).zip(&self.terms) {
             for (i, term) in slot.iter_mut().enumerate() {
-                *term = sum(w, matrix, i, &here);
+                *term = sum(w, |j| matrix[(i, j)], &here);
             }
         }
         let window = Window {
@@ -149,12 +149,16 @@ impl<const D: usize> Grid<D> {
     }
 }
 
-/// `Σ_j m_ij·x_j`, in the order of the states.
+/// `Σ_j c_j·x_j`, in the order of the states.
 #[inline(always)]
-fn sum<W: Width, const D: usize>(w: W, m: &Matrix<D>, i: usize, x: &[W::Vector; D]) -> W::Vector {
-    let mut sum = w.splat(m[(i, 0)]) * x[0];
-    for j in 1..D {
-        sum = sum + w.splat(m[(i, j)]) * x[j];
+pub(super) fn sum<W: Width, const D: usize>(
+    w: W,
+    coefficients: impl Fn(usize) -> f64,
+    x: &[W::Vector; D],
+) -> W::Vector {
+    let mut sum = w.splat(coefficients(0)) * x[0];
+    for (j, x) in x.iter().enumerate().skip(1) {
+        sum = sum + w.splat(coefficients(j)) * *x;
     }
     sum
 }
@@ -200,9 +204,7 @@ impl<W: Width, const D: usize> Local<W, D> {
         coefficients[0] = coefficients[0] + offset;
         coefficients
     }
-}
 
-impl<W: Width, const D: usize> Local<W, D> {
     /// `row·x` as a polynomial in σ.
     #[inline(always)]
     pub(crate) fn quantity(&self, w: W, row: &Column<D>) -> LocalCoefficients<W> {
@@ -226,6 +228,19 @@ pub(crate) fn product<W: Width, const D: usize>(
         sum = sum + w.splat(*f) * *x;
     }
     sum
+}
+
+/// `scale·q + offset`.
+#[inline(always)]
+pub(crate) fn scaled<W: Width>(
+    mut q: LocalCoefficients<W>,
+    (scale, offset): (W::Vector, W::Vector),
+) -> LocalCoefficients<W> {
+    for c in &mut q {
+        *c = scale * *c;
+    }
+    q[0] = q[0] + offset;
+    q
 }
 
 /// Coefficients of the slope.
@@ -287,10 +302,4 @@ pub(crate) fn zero_near<W: Width>(
         }
     }
     (sigma, found)
-}
-
-/// The same of a single run.
-pub(crate) fn sole_zero_near(coefficients: &LocalCoefficients<One>, sigma: f64) -> Option<f64> {
-    let (sigma, found) = zero_near(One, coefficients, sigma, 1);
-    (found != 0).then_some(sigma)
 }

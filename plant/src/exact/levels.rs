@@ -250,20 +250,20 @@ impl<const D: usize> Levels<D> {
         // Of less growth than one over the step nothing is halved.
         let growth_per_s = growth_down_to(a, 1.0 / length_s);
         let (leaf_s, halvings) = leaf(growth_per_s, length_s);
-        let step = |length_s: f64, integral: Matrix<D>, transition: Matrix<D>| ExactStep {
-            length_s,
-            integral,
-            transition,
-        };
         let shortest = integral(a, leaf_s);
-        let mut steps = vec![step(leaf_s, shortest, Matrix::identity() + a * shortest)];
+        let mut step = ExactStep {
+            length_s: leaf_s,
+            integral: shortest,
+            transition: Matrix::identity() + a * shortest,
+        };
+        let mut steps = vec![step];
         for _ in 0..halvings {
-            let last = steps[steps.len() - 1];
-            steps.push(step(
-                2.0 * last.length_s,
-                last.integral + last.transition * last.integral,
-                last.transition * last.transition,
-            ));
+            step = ExactStep {
+                length_s: 2.0 * step.length_s,
+                integral: step.integral + step.transition * step.integral,
+                transition: step.transition * step.transition,
+            };
+            steps.push(step);
         }
         steps.reverse();
         let magnitude = a.abs();
@@ -280,6 +280,19 @@ impl<const D: usize> Levels<D> {
             grown: (Matrix::identity() + magnitude * integral(&magnitude, leaf_s)).transpose(),
             magnitude: magnitude.transpose(),
         }
+    }
+
+    /// The shortest of the steps that is no shorter than a piece, and how often its bound of a
+    /// chord must be taken for the piece: twice where that is shorter, as its chord lies up to
+    /// once the deviation from the longer one's.
+    pub(super) fn over(&self, length_s: f64) -> (usize, f64) {
+        if length_s == self.steps[0].length_s {
+            return (0, 1.0);
+        }
+        let longer = self.steps.iter().take_while(|s| s.length_s >= length_s);
+        let level = longer.count().saturating_sub(1);
+        let whole = self.steps[level].length_s == length_s;
+        (level, if whole { 1.0 } else { 2.0 })
     }
 
     /// Transposes of `e^{AT/2}` and `A·T/2` of the longest step.

@@ -55,25 +55,33 @@ pub(crate) struct Tables {
 /// continuous one with all modes and segments about twenty.
 const MOST_TABLES: usize = 64;
 
+/// The place of a table among those of its kind; it is made if need be.
+#[inline]
+fn place_of<T>(tables: &mut Vec<T>, is: impl Fn(&T) -> bool, make: impl FnOnce() -> T) -> usize {
+    let found = tables.iter().position(is);
+    found.unwrap_or_else(|| add(tables, make))
+}
+
+#[cold]
+fn add<T>(tables: &mut Vec<T>, make: impl FnOnce() -> T) -> usize {
+    if tables.len() >= MOST_TABLES {
+        tables.clear();
+    }
+    tables.push(make());
+    tables.len() - 1
+}
+
 impl Tables {
     /// The table for `mode` and `length_ns`, made if need be.
     #[inline]
     pub(crate) fn held(&mut self, axis: &Axis, mode: &Mode, length_ns: u64) -> &Arc<HeldTable> {
         let key = (mode.joint.carries(), mode.guide, length_ns);
-        let mut tables = self.held.iter();
-        let found = tables.position(|t| (t.closed, t.guide, t.length_ns) == key);
-        let place = found.unwrap_or_else(|| self.make_held(axis, mode, length_ns));
+        let place = place_of(
+            &mut self.held,
+            |t| (t.closed, t.guide, t.length_ns) == key,
+            || Arc::new(HeldTable::new(axis, mode, length_ns)),
+        );
         &self.held[place]
-    }
-
-    #[cold]
-    fn make_held(&mut self, axis: &Axis, mode: &Mode, length_ns: u64) -> usize {
-        if self.held.len() >= MOST_TABLES {
-            self.held.clear();
-        }
-        let table = HeldTable::new(axis, mode, length_ns);
-        self.held.push(Arc::new(table));
-        self.held.len() - 1
     }
 
     /// The place of the table for a mode of whatever else gives the voltage.
@@ -84,21 +92,23 @@ impl Tables {
         pid: Option<&ContinuousPid>,
         (coupling, length_ns): (Option<Coupling>, u64),
     ) -> usize {
-        let key = Key::new(mode, coupling, length_ns);
+        let key = Key {
+            carries: mode.joint.carries(),
+            guide: mode.guide,
+            amplifier: mode.amplifier,
+            stage: mode.stage,
+            coupling,
+            length_ns,
+        };
         if pid.is_some() && self.pid.as_deref() != pid {
             // All of them are of another law.
             self.commanded.clear();
             self.pid = pid.cloned().map(Box::new);
         }
-        let mut tables = self.commanded.iter();
-        if let Some(place) = tables.position(|t| t.key == key) {
-            return place;
-        }
-        if self.commanded.len() >= MOST_TABLES {
-            self.commanded.clear();
-        }
-        let table = CommandedTable::new(axis, mode, pid, key);
-        self.commanded.push(Box::new(table));
-        self.commanded.len() - 1
+        place_of(
+            &mut self.commanded,
+            |t| t.key == key,
+            || Box::new(CommandedTable::new(axis, mode, pid, key)),
+        )
     }
 }

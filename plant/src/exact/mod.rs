@@ -47,12 +47,12 @@ pub(crate) mod tests;
 mod whole_step;
 
 pub(crate) use curve::{Curve, ELEVENTH, SLOPES};
-pub(crate) use grid::{Grid, Window, zero_near};
+pub(crate) use grid::{Grid, Window, scaled, zero_near};
 pub(crate) use held_table::{HeldTable, is_stiff};
 pub(crate) use levels::{BOUND_MARGIN, NOISE_ULPS};
 pub(crate) use loss::DRIVING;
 pub(crate) use memory::Tables;
-pub(crate) use peak::{command_slopes, magnitude_at_turn, magnitude_behind, scaled};
+pub(crate) use peak::{command_slopes, magnitude_at_turn, magnitude_behind};
 pub(crate) use piece::behind_figure;
 pub(crate) use sketch::Sketch;
 pub(crate) use system::{DELTA, HELD, held_state};

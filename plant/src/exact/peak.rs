@@ -2,97 +2,12 @@
 //! far it is behind the command: the command as the slopes of a sketch, and where
 //! the difference turns.
 
-use super::crossing::{Flow, Leg, Stretch};
+use super::crossing::{Flow, Leg, Sought, Stretch};
 use super::curve::{Curve, SLOPES};
-use super::grid::{LocalCoefficients, Window, derivative, horner, zero_near};
-use super::levels::{BOUND_MARGIN, Coefficients, TERMS, Taylor};
-use super::roots::Polynomial;
-use super::system::Column;
+use super::grid::{LocalCoefficients, Window, derivative, horner, scaled, zero_near};
 use super::table::Linear;
 use crate::model::motion::Motion;
 use crate::numerics::width::{One, Width};
-
-/// A quantity `scale·row·x + offset`, or the command less that.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sought<'a, const D: usize> {
-    pub(crate) linear: &'a Linear<D>,
-    pub(crate) scale: f64,
-    pub(crate) offset: f64,
-    /// The command with the time at which the solution starts \[s\]; it must
-    /// be smooth over the stretch.
-    pub(crate) command: Option<(&'a Motion, f64)>,
-}
-
-impl<'a, const D: usize> Sought<'a, D> {
-    /// The quantity itself.
-    pub(super) fn plain(linear: &'a Linear<D>) -> Self {
-        Self {
-            linear,
-            scale: 1.0,
-            offset: 0.0,
-            command: None,
-        }
-    }
-
-    pub(crate) fn value(&self, x: &Column<D>, time_s: f64) -> f64 {
-        let q = self.scale * self.linear.value(x) + self.offset;
-        match self.command {
-            None => q,
-            Some((motion, start_s)) => motion.at(start_s + time_s).displacement_m - q,
-        }
-    }
-
-    /// Bound of how far the quantity strays from its chord over `length_s`, a step of
-    /// level `level` or shorter: by what the plant's part may, and `T²/8` times
-    /// sup|a_ref| for the command.
-    pub(crate) fn chord_bound(&self, level: usize, rate: &Column<D>, length_s: f64) -> f64 {
-        let own = self.scale.abs() * self.linear.bounds.over(level, rate);
-        (own + self.bend(length_s) / 8.0) * BOUND_MARGIN
-    }
-
-    /// The change above which the quantity is monotone over a step of level
-    /// `level`; `T²/2` times sup|a_ref| for the command.
-    pub(crate) fn slope_bound(&self, level: usize, rate: &Column<D>, length_s: f64) -> f64 {
-        let own = self.scale.abs() * self.linear.bounds.slope_over(level, rate);
-        (own + self.bend(length_s) / 2.0) * BOUND_MARGIN
-    }
-
-    fn bend(&self, length_s: f64) -> f64 {
-        self.command.map_or(0.0, |(motion, _)| {
-            motion.peak_acceleration_mps2 * length_s * length_s
-        })
-    }
-
-    /// True if the quantity's magnitude stays below `floor` within a leg, but
-    /// for its ends.
-    fn stays_below(&self, leg: &Leg<D>, floor: f64) -> bool {
-        let end_s = leg.start_s + leg.length_s;
-        let (from, to) = (
-            self.value(&leg.from, leg.start_s),
-            self.value(&leg.to, end_s),
-        );
-        let (level, rate, length_s) = (leg.level, &leg.rate, leg.length_s);
-        (to - from).abs() >= self.slope_bound(level, rate, length_s)
-            || from.abs().max(to.abs()) + self.chord_bound(level, rate, length_s) <= floor
-    }
-
-    pub(super) fn polynomial(&self, leg: &Leg<D>, series: &Taylor<D>, end: f64) -> Polynomial {
-        let mut q = series.quantity(&self.linear.row);
-        for c in &mut q {
-            *c *= self.scale;
-        }
-        q[0] += self.offset;
-        if let Some((motion, start_s)) = self.command {
-            let mut command: Coefficients = [0.0; TERMS + 1];
-            let now = motion.oscillator(start_s + leg.start_s);
-            now.series(leg.length_s / end, &mut command);
-            for (q, command) in q.iter_mut().zip(command) {
-                *q = command - *q;
-            }
-        }
-        Polynomial::new(q)
-    }
-}
 
 /// An extreme counts if it exceeds the ends by more than their rounding.
 const ABOVE_THE_ENDS: f64 = 1.0 + 1e-14;
@@ -101,24 +16,18 @@ const ABOVE_THE_ENDS: f64 = 1.0 + 1e-14;
 /// other steps.
 const BELOW_THE_FLOOR: f64 = 1.0 - 1e-12;
 
-/// Peak between the ends, as far as the sketch tells.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum SketchedPeak {
-    /// None, or none above the floor.
-    None,
-    /// The magnitude where the quantity turns.
-    At(f64),
-    /// The sketch does not tell.
-    Unclear,
-}
-
 impl<const D: usize> Flow<'_, D> {
+    /// The quantity over the whole step as a sketch, without the command.
+    pub(super) fn whole_curve(&self, sought: &Sought<'_, D>) -> Option<Curve<One>> {
+        let (levels, given) = (&self.table.levels, (sought.scale, sought.offset));
+        let from = (&self.start.into(), &self.rate.into());
+        sought.linear.curve(One, levels, from, given)
+    }
+
     /// The quantity over `length_s` as a sketch; `None` without a grid, and where
     /// the command is not smooth.
     pub(crate) fn curve(&self, sought: &Sought<'_, D>, length_s: f64) -> Option<Curve<One>> {
-        let given = (sought.scale, sought.offset);
-        let from = (&(*self.start).into(), &self.rate.into());
-        let whole = sought.linear.curve(One, &self.table.levels, from, given)?;
+        let whole = self.whole_curve(sought)?;
         let own = whole.until(One, length_s / self.table.levels.steps[0].length_s);
         match sought.command {
             None => Some(own),
@@ -140,65 +49,97 @@ impl<const D: usize> Flow<'_, D> {
         }
         let length_s = self.table.levels.steps[0].length_s;
         let sketch = linear.sketch(&self.table.levels)?;
-        Some(sketch.around(&self.rate, linear.value(self.start), (time_s, length_s)))
+        Some(sketch.around(&self.rate, linear.value(&self.start), (time_s, length_s)))
     }
 
-    /// The magnitude at the one place within `length_s` where the quantity
-    /// turns, unless it stays below `floor`. It does not depend on the floor.
-    pub(crate) fn sketched_peak(
+    /// Raises `peak` to the supremum of the quantity's magnitude over `length_s`, which at the
+    /// ends is known; `level` and `slack` are those of [`super::levels::Levels::over`].
+    pub(super) fn raise(
         &self,
         sought: &Sought<'_, D>,
         length_s: f64,
-        floor: f64,
-    ) -> SketchedPeak {
-        let Some(curve) = self.curve(sought, length_s) else {
-            return SketchedPeak::Unclear;
-        };
+        (level, slack): (usize, f64),
+        [from, to]: [f64; 2],
+        peak: &mut f64,
+        work: &mut u64,
+    ) {
+        let chord = sought.chord_bound(level, &self.rate, length_s);
+        if from.abs().max(to.abs()) + slack * chord <= *peak {
+            return;
+        }
+        if slack == 1.0 && (to - from).abs() >= sought.slope_bound(level, &self.rate, length_s) {
+            return;
+        }
+        match self.sketched_peak(sought, length_s, *peak) {
+            Some(raised) => *peak = raised,
+            None => self.search(sought, length_s, peak, work),
+        }
+    }
+
+    /// `floor`, or the magnitude at the one place within `length_s` where the quantity turns
+    /// if that is larger; `None` where the sketch does not tell. The magnitude does not depend
+    /// on the floor.
+    fn sketched_peak(&self, sought: &Sought<'_, D>, length_s: f64, floor: f64) -> Option<f64> {
+        let curve = self.curve(sought, length_s)?;
         if curve.upper(One) <= floor || curve.is_monotone(One) != 0 {
-            return SketchedPeak::None;
+            return Some(floor);
         }
         let (theta, known) = curve.turn(One, 1);
         if known == 0 {
-            return SketchedPeak::Unclear;
+            return None;
         }
         let time_s = theta * length_s;
-        let Some((window, q)) = self.around(sought.linear, time_s) else {
-            return SketchedPeak::Unclear;
-        };
+        let (window, q) = self.around(sought.linear, time_s)?;
         let q = scaled::<One>(q, (sought.scale, sought.offset));
         let sigma = window.sigma(time_s);
-        let (magnitude, known) = match sought.command {
-            Some(command) => match magnitude_behind(&window, &q, command, sigma) {
-                Some(magnitude) => (magnitude, 1),
-                None => (0.0, 0),
-            },
-            None => magnitude_at_turn(One, &q, sigma, 1),
+        let magnitude = match sought.command {
+            Some(command) => magnitude_behind(&window, &q, command, sigma),
+            None => {
+                let (magnitude, known) = magnitude_at_turn(One, &q, sigma, 1);
+                (known != 0).then_some(magnitude)
+            }
         };
-        match known {
-            0 => SketchedPeak::Unclear,
-            _ => SketchedPeak::At(magnitude),
+        magnitude.map(|magnitude| floor.max(magnitude))
+    }
+
+    /// Raises `peak` by searching the piece; where the command is not smooth, its parts.
+    fn search(&self, sought: &Sought<'_, D>, length_s: f64, peak: &mut f64, work: &mut u64) {
+        let Some((motion, start_s)) = sought.command else {
+            return self.raise_within(sought, length_s, peak, work);
+        };
+        let mut from_s = 0.0;
+        let inner = motion.breaks_from(start_s).iter().map(|t| t - start_s);
+        for to_s in inner.take_while(|&t| t <= length_s).chain([length_s]) {
+            if to_s <= from_s {
+                continue;
+            }
+            let part = Sought {
+                command: Some((motion, start_s + from_s)),
+                ..*sought
+            };
+            if to_s < length_s {
+                *peak = peak.max(part.value(&self.at(to_s), to_s - from_s).abs());
+            }
+            let flow = Flow::new(self.table, self.input, self.at(from_s));
+            flow.raise_within(&part, to_s - from_s, peak, work);
+            from_s = to_s;
         }
     }
 
-    /// The supremum of the quantity's magnitude within `length_s`, if it is
-    /// larger than at both ends and than `floor`. Where there is one, it depends
-    /// on nothing but the solution: the largest of several is the same whichever
-    /// of them a bound has spared.
-    pub(crate) fn peak_within(
-        &self,
-        sought: &Sought<'_, D>,
-        length_s: f64,
-        floor: f64,
-        work: &mut u64,
-    ) -> Option<f64> {
-        let ends = sought.value(self.start, 0.0).abs();
+    /// Raises `peak` to the supremum of the quantity's magnitude within `length_s`, if it is
+    /// larger than at both ends. Where there is one, it depends on nothing but the solution:
+    /// the largest of several is the same whichever of them a bound has spared.
+    fn raise_within(&self, sought: &Sought<'_, D>, length_s: f64, peak: &mut f64, work: &mut u64) {
+        let ends = sought.value(&self.start, 0.0).abs();
         let ends = ends.max(sought.value(&self.at(length_s), length_s).abs()) * ABOVE_THE_ENDS;
-        let low = floor * BELOW_THE_FLOOR;
+        let low = *peak * BELOW_THE_FLOOR;
         if low > ends && self.peak_above(sought, length_s, low, work) <= low {
-            return None;
+            return;
         }
-        let peak = self.peak_above(sought, length_s, ends, work);
-        (peak > ends.max(floor)).then_some(peak)
+        let within = self.peak_above(sought, length_s, ends, work);
+        if within > ends {
+            *peak = peak.max(within);
+        }
     }
 
     /// The supremum between the ends, or `floor` if that is larger.
@@ -206,7 +147,7 @@ impl<const D: usize> Flow<'_, D> {
         let mut peak = floor;
         let mut walk = self.walk(length_s, 0);
         // A walk as long as this one has been taken before, so it ends.
-        while let Ok(Some(stretch)) = walk.next(|leg| sought.stays_below(leg, peak)) {
+        while let Some(stretch) = walk.next(|leg| sought.stays_below(leg, peak)) {
             match stretch {
                 Stretch::Settled(leg) => {
                     let end_s = leg.start_s + leg.length_s;
@@ -246,7 +187,7 @@ impl<const D: usize> Flow<'_, D> {
             end_s < length_s * BELOW_THE_FLOOR
                 && sought.value(&leg.to, end_s).abs() * BELOW_THE_FLOOR > band
         };
-        while let Ok(Some(stretch)) = walk.next(inside) {
+        while let Some(stretch) = walk.next(inside) {
             if let Stretch::Leaf { leg, series, end } = stretch
                 && !leaves_outside(&leg)
                 && let Some(theta) = sought
@@ -305,19 +246,6 @@ pub(crate) fn command_slopes(
     let rough = motion.fourth_derivatives.displacement_m * length_s * length_s;
     let stray = HERMITE_SLOPE * rough * length_s * length_s + 16.0 * f64::EPSILON * size;
     Some((from.displacement_m, slopes, stray))
-}
-
-/// `scale·q + offset`.
-#[inline(always)]
-pub(crate) fn scaled<W: Width>(
-    mut q: LocalCoefficients<W>,
-    (scale, offset): (W::Vector, W::Vector),
-) -> LocalCoefficients<W> {
-    for c in &mut q {
-        *c = scale * *c;
-    }
-    q[0] = q[0] + offset;
-    q
 }
 
 /// The magnitude of a quantity at its turn near σ, and the lanes of `asked` in which that is

@@ -12,11 +12,9 @@
 //! its ends, and its slope within the slope's bound of its chord's; or both within their
 //! sketches' remainders of these.
 
-use super::crossing::{Flow, Leg, Stretch};
+use super::crossing::{Flow, Leg, Sought, Stretch};
 use super::curve::binomials;
 use super::levels::TERMS;
-use super::peak::Sought;
-use super::system::Column;
 use crate::numerics::bernstein::Polynomial;
 
 /// Coefficients of a factor and of the product.
@@ -86,24 +84,17 @@ fn sketches_stay_below<const D: usize>(
     are_below(values, peak) || is_monotone(values, slopes())
 }
 
-/// True if the chords' bounds show it over a step of a level that begins with a rate, the
-/// factors being known at both ends.
-fn stays_below_over<const D: usize>(
-    factors: &[Sought<'_, D>; 2],
-    ends: [[f64; 2]; 2],
-    (level, rate, length_s): (usize, &Column<D>, f64),
-    peak: f64,
-) -> bool {
-    let over = |i: usize| {
-        let chord = factors[i].chord_bound(level, rate, length_s);
-        about_chord(ends[i], chord)
+/// True if the chords' bounds show it over a leg.
+fn stays_below_over<const D: usize>(factors: &[Sought<'_, D>; 2], leg: &Leg<D>, peak: f64) -> bool {
+    let (level, rate, length_s) = (leg.level, &leg.rate, leg.length_s);
+    let of = |sought: &Sought<'_, D>| {
+        let ends = [&leg.from, &leg.to].map(|x| sought.value(x, 0.0));
+        let slope = sought.slope_bound(level, rate, length_s);
+        let values = about_chord(ends, sought.chord_bound(level, rate, length_s));
+        (values, slopes_about_chord(ends, slope))
     };
-    let slope = |i: usize| {
-        let slope = factors[i].slope_bound(level, rate, length_s);
-        slopes_about_chord(ends[i], slope)
-    };
-    let values = [over(0), over(1)];
-    are_below(values, peak) || is_monotone(values, [slope(0), slope(1)])
+    let [a, b] = factors.each_ref().map(of);
+    are_below([a.0, b.0], peak) || is_monotone([a.0, b.0], [a.1, b.1])
 }
 
 /// Raises `peak` to the supremum of `|a·b|` over `length_s`, which at the ends is known.
@@ -118,13 +109,8 @@ pub(super) fn raise_product<const D: usize>(
         return;
     }
     let mut walk = flow.walk(length_s, 0);
-    let known = |leg: &Leg<D>, peak: f64| {
-        let ends = |sought: &Sought<'_, D>| [&leg.from, &leg.to].map(|x| sought.value(x, 0.0));
-        let over = (leg.level, &leg.rate, leg.length_s);
-        stays_below_over(factors, factors.each_ref().map(ends), over, peak)
-    };
     // A walk that the mode's guards took too, so it ends.
-    while let Ok(Some(stretch)) = walk.next(|leg| known(leg, *peak)) {
+    while let Some(stretch) = walk.next(|leg| stays_below_over(factors, leg, *peak)) {
         match stretch {
             Stretch::Settled(leg) => {
                 let [a, b] = factors.each_ref().map(|sought| sought.value(&leg.to, 0.0));

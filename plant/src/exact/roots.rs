@@ -38,44 +38,38 @@ const fn weights() -> [[f64; N]; N] {
     weights
 }
 
-/// A polynomial in both forms.
+/// A polynomial in powers of θ.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Polynomial {
-    monomial: Coefficients,
-}
+pub(crate) struct Polynomial(pub(crate) Coefficients);
 
 type Bernstein = [f64; N];
 
 impl Polynomial {
-    pub(crate) fn new(monomial: Coefficients) -> Self {
-        Self { monomial }
-    }
-
     /// `(q(θ) − q(0))/θ`: the root at the start divided out, so that rounding
     /// cannot find the crossing that began the stretch again. Its value at 0,
     /// the slope, is known to be at least 0 and is held there.
     pub(crate) fn without_root_at_start(mut self) -> Self {
-        self.monomial.rotate_left(1);
-        self.monomial[TERMS] = 0.0;
-        self.monomial[0] = self.monomial[0].max(0.0);
+        self.0.rotate_left(1);
+        self.0[TERMS] = 0.0;
+        self.0[0] = self.0[0].max(0.0);
         self
     }
 
     /// `q + by`.
     pub(crate) fn raised(mut self, by: f64) -> Self {
-        self.monomial[0] += by;
+        self.0[0] += by;
         self
     }
 
     /// A zero in (0, θ), if the polynomial is positive at 0 and negative at θ.
     pub(crate) fn zero_before(&self, theta: f64) -> Option<f64> {
-        let falls = self.monomial[0] > 0.0 && self.value_and_slope(theta).0 < 0.0;
+        let falls = self.0[0] > 0.0 && self.value_and_slope(theta).0 < 0.0;
         falls.then(|| self.root_between(0.0, theta))
     }
 
     fn bernstein(&self) -> Bernstein {
         let mut b = [0.0; N];
-        for (j, &a) in self.monomial.iter().enumerate() {
+        for (j, &a) in self.0.iter().enumerate() {
             for (b, row) in b.iter_mut().zip(&WEIGHTS) {
                 *b += row[j] * a;
             }
@@ -86,81 +80,66 @@ impl Polynomial {
     /// True if a stretch is nothing but rounding of the coefficients, or not a
     /// number: its signs say nothing, and halving it would go on for ever.
     fn is_rounding(&self, b: &Bernstein) -> bool {
-        let terms: f64 = self.monomial.iter().map(|a| a.abs()).sum();
+        let terms: f64 = self.0.iter().map(|a| a.abs()).sum();
         let largest = b.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
         let told_apart = largest > 4.0 * f64::EPSILON * terms;
         !told_apart
     }
 
     fn value_and_slope(&self, theta: f64) -> (f64, f64) {
-        horner(One, &self.monomial, theta)
+        horner(One, &self.0, theta)
     }
 
     /// The first θ in \[0, `end`\] at which the polynomial falls below zero. A
     /// zero at 0 is not such a θ by itself: what follows decides.
     pub(crate) fn first_negative(&self, end: f64) -> Option<f64> {
-        let zeros = self.monomial.iter().take_while(|&&a| a == 0.0).count();
-        if zeros > 0 {
-            // q/θⁿ has the same sign. The highest powers are those zeros now.
-            let mut rest = *self;
-            rest.monomial.rotate_left(zeros);
-            return rest.first_nonzero_negative(end);
+        // q/θⁿ has the same sign. The highest powers are those zeros then.
+        let zeros = self.0.iter().take_while(|&&a| a == 0.0).count();
+        let mut rest = *self;
+        rest.0.rotate_left(zeros);
+        if rest.is_positive() {
+            return None;
         }
-        self.first_nonzero_negative(end)
+        let root = rest.negative_in(&rest.bernstein(), [0.0, 1.0], false, MAX_HALVINGS)?;
+        (root <= end).then_some(root)
     }
 
     /// True if the cheapest bound of all, |q(θ) − q(0)| ≤ Σ|a_n|, excludes a root.
     fn is_positive(&self) -> bool {
         let mut sum = 0.0;
-        for a in &self.monomial[1..] {
+        for a in &self.0[1..] {
             sum += a.abs();
         }
-        self.monomial[0] > sum
+        self.0[0] > sum
     }
 
-    fn first_nonzero_negative(&self, end: f64) -> Option<f64> {
-        if self.is_positive() {
-            return None;
+    /// The first or the last θ in a stretch at which the polynomial is negative.
+    fn negative_in(
+        &self,
+        b: &Bernstein,
+        [from, to]: [f64; 2],
+        last: bool,
+        halvings: u32,
+    ) -> Option<f64> {
+        let (value, theta) = if last { (b[TERMS], to) } else { (b[0], from) };
+        if value < 0.0 {
+            return Some(theta);
         }
-        let root = self.first_negative_in(&self.bernstein(), 0.0, 1.0, MAX_HALVINGS)?;
-        (root <= end).then_some(root)
-    }
-
-    fn first_negative_in(&self, b: &Bernstein, from: f64, to: f64, halvings: u32) -> Option<f64> {
         match sign_changes(b) {
-            _ if b[0] < 0.0 => return Some(from),
             0 => return None,
+            1 if last => return Some(self.times(-1.0).root_between(from, to)),
             1 => return Some(self.root_between(from, to)),
             _ if halvings == 0 || self.is_rounding(b) => return (b[TERMS] < 0.0).then_some(to),
             _ => {}
         }
         let (left, right) = halves(One, b);
         let middle = 0.5 * (from + to);
-        self.first_negative_in(&left, from, middle, halvings - 1)
-            .or_else(|| self.first_negative_in(&right, middle, to, halvings - 1))
-    }
-
-    /// The last θ in a stretch at which the polynomial is negative.
-    fn last_negative_in(&self, b: &Bernstein, from: f64, to: f64, halvings: u32) -> Option<f64> {
-        if b[TERMS] < 0.0 {
-            return Some(to);
+        let mut parts = [(left, [from, middle]), (right, [middle, to])];
+        if last {
+            parts.reverse();
         }
-        match sign_changes(b) {
-            0 => return None,
-            1 => {
-                let mut upside_down = *self;
-                for a in &mut upside_down.monomial {
-                    *a = -*a;
-                }
-                return Some(upside_down.root_between(from, to));
-            }
-            _ if halvings == 0 || self.is_rounding(b) => return None,
-            _ => {}
-        }
-        let (left, right) = halves(One, b);
-        let middle = 0.5 * (from + to);
-        self.last_negative_in(&right, middle, to, halvings - 1)
-            .or_else(|| self.last_negative_in(&left, from, middle, halvings - 1))
+        let mut parts = parts.iter();
+        parts.find_map(|(b, ends)| self.negative_in(b, *ends, last, halvings - 1))
     }
 
     /// The root between a value that is not negative and one that is: Newton,
@@ -207,16 +186,20 @@ impl Polynomial {
     }
 
     /// `q(end·θ)`.
-    fn stretched(&self, end: f64) -> Self {
-        let mut monomial = self.monomial;
+    fn stretched(mut self, end: f64) -> Self {
         let mut power = 1.0;
         if end < 1.0 {
-            for a in &mut monomial {
+            for a in &mut self.0 {
                 *a *= power;
                 power *= end;
             }
         }
-        Self { monomial }
+        self
+    }
+
+    /// `factor·q`.
+    fn times(&self, factor: f64) -> Self {
+        Self(self.0.map(|a| a * factor))
     }
 
     fn peak_in(&self, b: &Bernstein, from: f64, to: f64, floor: f64, halvings: u32) -> f64 {
@@ -232,7 +215,7 @@ impl Polynomial {
         }
         let one_way = bends.iter().all(|&c| c <= 0.0) || bends.iter().all(|&c| c >= 0.0);
         if one_way {
-            return floor.max(self.extreme_between(b, from, to).abs());
+            return floor.max(self.size_between(b, from, to));
         }
         let (left, right) = halves(One, b);
         let middle = 0.5 * (from + to);
@@ -241,23 +224,18 @@ impl Polynomial {
         self.peak_in(&right, middle, to, floor, halvings - 1)
     }
 
-    /// The value where the slope is zero, or the end beyond which it would be.
-    fn extreme_between(&self, b: &Bernstein, from: f64, to: f64) -> f64 {
+    /// The magnitude where the slope is zero, or at the end beyond which it would be.
+    fn size_between(&self, b: &Bernstein, from: f64, to: f64) -> f64 {
         let (first, last) = (b[1] - b[0], b[TERMS] - b[TERMS - 1]);
         if first == 0.0 || first * last >= 0.0 {
-            let ends = [b[0], b[TERMS]];
-            return if ends[0].abs() > ends[1].abs() {
-                ends[0]
-            } else {
-                ends[1]
-            };
+            return b[0].abs().max(b[TERMS].abs());
         }
         let mut slope = [0.0; N];
-        for (n, (s, &a)) in (1_u32..).zip(slope.iter_mut().zip(&self.monomial[1..])) {
+        for (n, (s, &a)) in (1_u32..).zip(slope.iter_mut().zip(&self.0[1..])) {
             *s = f64::from(n) * a * first.signum();
         }
-        let theta = Self { monomial: slope }.root_between(from, to);
-        self.value_and_slope(theta).0
+        let theta = Self(slope).root_between(from, to);
+        self.value_and_slope(theta).0.abs()
     }
 
     /// The last θ in \[0, `end`\] at which |q| exceeds `band`, if any.
@@ -267,15 +245,11 @@ impl Polynomial {
             .into_iter()
             .filter_map(|sign| {
                 // Negative where ±q exceeds the band.
-                let mut inside = q;
-                for a in &mut inside.monomial {
-                    *a *= -sign;
-                }
-                inside.monomial[0] += band;
+                let inside = q.times(-sign).raised(band);
                 if inside.is_positive() {
                     return None;
                 }
-                inside.last_negative_in(&inside.bernstein(), 0.0, 1.0, MAX_HALVINGS)
+                inside.negative_in(&inside.bernstein(), [0.0, 1.0], true, MAX_HALVINGS)
             })
             .fold(None, |last: Option<f64>, t| {
                 Some(last.map_or(t, |l| l.max(t)))

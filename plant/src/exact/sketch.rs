@@ -18,7 +18,7 @@
 use fearless_simd::Simd;
 
 use super::curve::{Curve, SLOPES};
-use super::grid::{CELLS, Grid, LocalCoefficients, MOST_LEVELS, TERMS, Window};
+use super::grid::{CELLS, Grid, LocalCoefficients, MOST_LEVELS, TERMS, Window, sum};
 use super::levels::Levels;
 use super::sums::{times, weighted};
 use super::system::{Column, Matrix};
@@ -51,16 +51,12 @@ const fn fit() -> [[f64; SLOPES]; SLOPES] {
                 let (low, high) = (-there / (here - there), (1.0 - there) / (here - there));
                 degree += 1;
                 let mut i = degree;
-                loop {
-                    let kept = if i < degree { b[i] } else { 0.0 };
-                    let below = if i > 0 { b[i - 1] } else { 0.0 };
-                    b[i] = ((degree - i) as f64 * low * kept + i as f64 * high * below)
+                while i > 0 {
+                    b[i] = ((degree - i) as f64 * low * b[i] + i as f64 * high * b[i - 1])
                         / degree as f64;
-                    if i == 0 {
-                        break;
-                    }
                     i -= 1;
                 }
+                b[0] = degree as f64 * low * b[0] / degree as f64;
             }
             k += 1;
         }
@@ -97,8 +93,7 @@ pub(super) fn cubic_strays<const D: usize>(
     a: &Matrix<D>,
     row: &Column<D>,
 ) -> Column<D> {
-    let rows = along(grid, a, row);
-    largest_derivative(grid, &rows, &grid.third) * (grid.length_s / 384.0)
+    largest_derivative(grid, &along(grid, a, row), &grid.third) * (grid.length_s / 384.0)
 }
 
 /// `f·e^{At} = f + (f·ψ(t))·A` at the points of a grid.
@@ -170,12 +165,7 @@ pub(crate) struct Sketch<const D: usize> {
 impl<const D: usize> Sketch<D> {
     /// The quantity `row·x` over the step that has this grid.
     pub(crate) fn over(grid: &Grid<D>, a: &Matrix<D>, row: &Column<D>) -> Self {
-        Self::new(grid, &along(grid, a, row))
-    }
-
-    /// From `f·e^{At}` at every point of the grid.
-    fn new(grid: &Grid<D>, rows: &[Column<D>]) -> Self {
-        let length_s = grid.length_s;
+        let (rows, length_s) = (along(grid, a, row), grid.length_s);
         let slopes = FIT.map(|weights| {
             let mut sum = Column::<D>::zeros();
             for (weight, node) in weights.iter().zip(NODES) {
@@ -184,7 +174,7 @@ impl<const D: usize> Sketch<D> {
             sum
         });
         let rounding = largest(rows.iter().copied());
-        let remainder = largest_derivative(grid, rows, &grid.eleventh) * REMAINDER;
+        let remainder = largest_derivative(grid, &rows, &grid.eleventh) * REMAINDER;
         Self {
             slopes,
             stray: (remainder + rounding * ROUNDING) * length_s,
@@ -268,20 +258,14 @@ impl<const D: usize> Sketch<D> {
         w: W,
         rate: &[W::Vector; D],
     ) -> ([W::Vector; SLOPES], W::Vector) {
-        let mut slopes = [rate[0]; SLOPES];
+        let (mut slopes, mut sizes) = ([rate[0]; SLOPES], *rate);
         for (slope, row) in slopes.iter_mut().zip(&self.slopes) {
-            *slope = w.splat(row[0]) * rate[0];
-            for j in 1..D {
-                *slope = *slope + w.splat(row[j]) * rate[j];
-            }
+            *slope = sum(w, |j| row[j], rate);
         }
-        let [first, rest @ ..] = rate.as_slice() else {
-            return (slopes, w.splat(0.0));
-        };
-        let mut stray = w.splat(self.stray[0]) * w.abs(*first);
-        for (rate, of_rate) in rest.iter().zip(self.stray.iter().skip(1)) {
-            stray = stray + w.splat(*of_rate) * w.abs(*rate);
+        for size in &mut sizes {
+            *size = w.abs(*size);
         }
+        let stray = sum(w, |j| self.stray[j], &sizes);
         (slopes, stray)
     }
 

@@ -283,20 +283,3 @@ pub(crate) fn plant_vector(
     y[CURRENT_INTEGRAL] = x[LOOP];
     y
 }
-
-/// The plant's vector from the state under a held voltage.
-pub(crate) fn to_plant_vector(
-    x: &Column<HELD>,
-    offset_rad: f64,
-    beta_integral_rads: f64,
-) -> Vector {
-    Vector::from([
-        x[BETA],
-        x[BETA_DOT],
-        x[DELTA] + offset_rad,
-        x[EPSILON_DOT],
-        x[CURRENT],
-        beta_integral_rads,
-        0.0,
-    ])
-}

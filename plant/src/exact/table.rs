@@ -79,6 +79,20 @@ impl<const D: usize> Linear<D> {
         let without_grid = || self.about_middle.get_or_init(made).as_ref();
         self.sketch.as_ref().or_else(without_grid)
     }
+
+    /// `scale·f·x + offset` as a sketch over the step that begins with x and its rate; none
+    /// where that is too long.
+    #[inline(always)]
+    pub(crate) fn curve<W: Width>(
+        &self,
+        w: W,
+        levels: &Levels<D>,
+        (x, rate): (&[W::Vector; D], &[W::Vector; D]),
+        (scale, offset): (W::Vector, W::Vector),
+    ) -> Option<Curve<W>> {
+        let start = scale * product(w, &self.row, x) + offset;
+        Some(self.sketch(levels)?.curve(w, rate, (scale, start)))
+    }
 }
 
 /// A system with its exact steps and quantities.
@@ -123,22 +137,6 @@ impl<const D: usize> Table<D> {
             sketch: grid.map(|grid| Sketch::over(grid, &levels.a, row)),
             about_middle: OnceLock::new(),
         }
-    }
-}
-
-impl<const D: usize> Linear<D> {
-    /// `scale·f·x + offset` as a sketch over the step that begins with x and its rate; none
-    /// where that is too long.
-    #[inline(always)]
-    pub(crate) fn curve<W: Width>(
-        &self,
-        w: W,
-        levels: &Levels<D>,
-        (x, rate): (&[W::Vector; D], &[W::Vector; D]),
-        (scale, offset): (W::Vector, W::Vector),
-    ) -> Option<Curve<W>> {
-        let start = scale * product(w, &self.row, x) + offset;
-        Some(self.sketch(levels)?.curve(w, rate, (scale, start)))
     }
 }
 

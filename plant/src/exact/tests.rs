@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::crossing::{Flow, LinearGuard};
+use super::crossing::{Flow, LinearGuard, Sought};
 use super::curve::{Found, first_zero, value_and_slope};
 use super::grid::{CELLS, Grid, horner};
 use super::levels::{ChordBounds, Levels, TERMS, Taylor, growth_down_to};
@@ -49,8 +49,30 @@ fn systems() -> impl Strategy<Value = Matrix<3>> {
     })
 }
 
-fn rates() -> impl Strategy<Value = Column<3>> {
-    [-1.0..1.0_f64, -100.0..100.0_f64, -1.0..1.0_f64].prop_map(Column::from)
+/// A system, a quantity's coefficients, and the rates that a step begins with.
+type Case = (Matrix<3>, Column<3>, Column<3>);
+
+fn cases() -> impl Strategy<Value = Case> {
+    let rates = [-1.0..1.0_f64, -100.0..100.0_f64, -1.0..1.0_f64];
+    let rows = prop_oneof![
+        Just(Column::<3>::new(1.0, 0.0, 0.0)),
+        Just(Column::<3>::new(0.0, 1.0, 0.0)),
+        Just(Column::<3>::new(350.0, 0.2, -1.0)),
+    ];
+    (systems(), rows, rates.prop_map(Column::from))
+}
+
+/// The first state as a quantity: its rate is the second state, whose own rate has these
+/// coefficients. Both begin with these rates.
+fn driven(second: [f64; 3], rate: [f64; 2]) -> Case {
+    let mut a = Matrix::<3>::zeros();
+    a[(0, 1)] = 1.0;
+    a.set_row(1, &Column::<3>::from(second).transpose());
+    (
+        a,
+        Column::ith(0, 1.0),
+        Column::from([rate[0], rate[1], 0.0]),
+    )
 }
 
 /// The state's change after `time_s`, by the series over pieces so short that
@@ -67,9 +89,9 @@ fn change_after(a: &Matrix<3>, rate: &Column<3>, time_s: f64) -> Column<3> {
     x
 }
 
-/// Largest deviation of a quantity from its chord over a step, of its slope
-/// from that of the chord times the length, and the change over the step.
-fn strays(a: &Matrix<3>, row: &Column<3>, rate: &Column<3>, length_s: f64) -> (f64, f64, f64) {
+/// Largest deviation of a quantity from its chord over a step, and of its slope
+/// from that of the chord times the length.
+fn strays((a, row, rate): &Case, length_s: f64) -> (f64, f64) {
     let end = row.dot(&change_after(a, rate, length_s));
     let (mut chord, mut slope) = (0.0_f64, 0.0_f64);
     for i in 0..=60 {
@@ -78,42 +100,25 @@ fn strays(a: &Matrix<3>, row: &Column<3>, rate: &Column<3>, length_s: f64) -> (f
         chord = chord.max((row.dot(&x) - theta * end).abs());
         slope = slope.max((row.dot(&(a * x + rate)) * length_s - end).abs());
     }
-    (chord, slope, end.abs())
+    (chord, slope)
 }
 
 /// True if the chord bound lets `offset + row·x` pass over a whole step from 0.
-fn all_hold(
-    (a, row, rate): (&Matrix<3>, &Column<3>, &Column<3>),
-    offset: f64,
-    length_s: f64,
-) -> bool {
-    let (table, start) = (
-        Table::new(Levels::new(a, length_s), None, &[*row]),
-        Column::zeros(),
-    );
+fn all_hold((a, row, rate): &Case, offset: f64, length_s: f64) -> bool {
+    let table = Table::new(Levels::new(a, length_s), None, &[*row]);
     let guard = LinearGuard {
-        linear: table.quantity(Quantity::Delta),
-        sign: 1.0,
-        offset,
+        quantity: Sought::plain(table.quantity(Quantity::Delta), offset),
         noise: 0.0,
         fresh: false,
     };
-    Flow::new(&table, rate, &start).all_hold(&[Some(guard)], length_s)
-}
-
-fn rows() -> impl Strategy<Value = Column<3>> {
-    prop_oneof![
-        Just(Column::<3>::new(1.0, 0.0, 0.0)),
-        Just(Column::<3>::new(0.0, 1.0, 0.0)),
-        Just(Column::<3>::new(350.0, 0.2, -1.0)),
-    ]
+    Flow::new(&table, *rate, Column::zeros()).all_hold(&[Some(guard)], length_s)
 }
 
 /// Fails unless a sketch of `row·x` over a step of `length_s` is as near as it says,
 /// in value and slope, whole and up to `end`.
 fn sketch_holds(
     sketch: &Sketch<3>,
-    (a, row, rate): (&Matrix<3>, &Column<3>, &Column<3>),
+    (a, row, rate): &Case,
     (length_s, end): (f64, f64),
 ) -> Result<(), TestCaseError> {
     let curve = sketch.curve(One, &(*rate).into(), (2.0, 0.25));
@@ -139,9 +144,7 @@ fn sketch_holds(
 
 /// How far `row·x` is from the cubic with its values and slopes at both ends, what it may be,
 /// and the rounding of both.
-fn off_the_cubic(
-    (grid, a, row, rate): (&Grid<3>, &Matrix<3>, &Column<3>, &Column<3>),
-) -> (f64, f64, f64) {
+fn off_the_cubic(grid: &Grid<3>, (a, row, rate): &Case) -> (f64, f64, f64) {
     let length_s = grid.length_s;
     let end = change_after(a, rate, length_s);
     let slopes = [*rate, a * end + rate].map(|rate| row.dot(&rate) * length_s / 3.0);
@@ -169,37 +172,21 @@ fn off_the_cubic(
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
-    /// The documentation proves it: no quantity strays further.
+    /// The documentation proves it: no quantity strays further. Nor does a slope: the rates
+    /// are a solution too, which begins with the rate A·v.
     #[test]
-    fn bounds_hold(
-        a in systems(),
-        row in rows(),
-        rate in rates(),
-        length_s in 1e-6..0.02_f64,
-    ) {
-        let levels = Levels::new(&a, length_s);
-        let bounds: ChordBounds<3> = levels.bounds(&row);
-        let (chord, slope, _) = strays(&a, &row, &rate, length_s);
-        let change = change_after(&a, &rate, length_s);
+    fn bounds_hold(case in cases(), length_s in 1e-6..0.02_f64) {
+        let (a, row, rate) = &case;
+        let bounds: ChordBounds<3> = Levels::new(a, length_s).bounds(row);
+        let (chord, slope) = strays(&case, length_s);
+        let change = change_after(a, rate, length_s);
         let rounding = 1e-9 * (row.abs().dot(&change.abs()) + row.abs().dot(&rate.abs()) * length_s);
-        prop_assert!(chord <= bounds.over(0, &rate) + rounding);
-        prop_assert!(slope <= bounds.slope_over(0, &rate) + rounding);
-    }
-
-    /// So does no slope: the rates are a solution too, which begins with the rate A·v.
-    #[test]
-    fn bounds_hold_for_slopes(
-        a in systems(),
-        row in rows(),
-        rate in rates(),
-        length_s in 1e-6..0.02_f64,
-    ) {
-        let bounds: ChordBounds<3> = Levels::new(&a, length_s).bounds(&row);
+        prop_assert!(chord <= bounds.over(0, rate) + rounding);
+        prop_assert!(slope <= bounds.slope_over(0, rate) + rounding);
         let bend = a * rate;
-        let slope = |share: f64| row.dot(&(rate + a * change_after(&a, &rate, share * length_s)));
+        let slope = |share: f64| row.dot(&(rate + a * change_after(a, rate, share * length_s)));
         let (from, to) = (slope(0.0), slope(1.0));
-        let size = a.abs() * change_after(&a, &rate, length_s).abs() + rate.abs();
-        let rounding = 1e-9 * row.abs().dot(&size);
+        let rounding = 1e-9 * row.abs().dot(&(a.abs() * change.abs() + rate.abs()));
         for i in 0..=40 {
             let share = f64::from(i) / 40.0;
             let stray = (slope(share) - (from + share * (to - from))).abs();
@@ -210,65 +197,45 @@ proptest! {
     /// A guard that passes over a step has no zero in it.
     #[test]
     fn guards_that_hold_have_no_zero(
-        a in systems(),
-        row in rows(),
-        rate in rates(),
+        case in cases(),
         growth in 1e-3..8.0_f64,
         above in 0.5..4.0_f64,
     ) {
-        let length_s = growth / growth_down_to(&a, 0.0);
-        let guard = |i: u32| row.dot(&change_after(&a, &rate, f64::from(i) / 60.0 * length_s));
+        let (a, row, rate) = &case;
+        let length_s = growth / growth_down_to(a, 0.0);
+        let guard = |i: u32| row.dot(&change_after(a, rate, f64::from(i) / 60.0 * length_s));
         let lowest = (0..=60).map(guard).fold(0.0, f64::min);
         // Above zero, or below it by as much as half of the dip.
-        let holds = all_hold((&a, &row, &rate), -above * lowest, length_s);
+        let holds = all_hold(&case, -above * lowest, length_s);
         prop_assert!(!holds || above > 1.0 - 1e-9, "{above}");
-        prop_assert!(all_hold((&a, &row, &rate), 1e9, length_s));
+        prop_assert!(all_hold(&case, 1e9, length_s));
     }
 
-    /// The sketch is as near as it says, in value and slope, and the local
-    /// series are the solution.
+    /// Both sketches, with a grid and without, are as near as they say, in value and slope, and
+    /// their local series are the solution.
     #[test]
-    fn sketches_hold(
-        a in systems(),
-        row in rows(),
-        rate in rates(),
-        growth in 1e-3..8.0_f64,
-        end in 0.05..1.0_f64,
-    ) {
-        let length_s = growth / growth_down_to(&a, 0.0);
-        let grid = Grid::new(&Levels::new(&a, length_s)).unwrap();
-        sketch_holds(&Sketch::over(&grid, &a, &row), (&a, &row, &rate), (length_s, end))?;
-        let (off, bound, rounding) = off_the_cubic((&grid, &a, &row, &rate));
+    fn sketches_hold(case in cases(), growth in 1e-3..8.0_f64, end in 0.05..1.0_f64) {
+        let (a, row, rate) = &case;
+        let length_s = growth / growth_down_to(a, 0.0);
+        let levels = Levels::new(a, length_s);
+        let grid = Grid::new(&levels).unwrap();
+        let about_middle = Sketch::about_middle(&levels, row).unwrap();
+        sketch_holds(&Sketch::over(&grid, a, row), &case, (length_s, end))?;
+        sketch_holds(&about_middle, &case, (length_s, end))?;
+        let (off, bound, rounding) = off_the_cubic(&grid, &case);
         prop_assert!(off <= bound + rounding, "{off} {bound}");
         for i in 0..=40 {
-            let time_s = f64::from(i) / 40.0 * length_s;
-            let change = change_after(&a, &rate, time_s);
-            let local = grid.near(One, &a, (&[0.0; 3], &rate.into()), time_s);
-            let near = Column::from(local.at(local.window.sigma(time_s)));
+            let centre_s = f64::from(i) / 40.0 * length_s;
+            let change = change_after(a, rate, centre_s);
+            let local = grid.near(One, a, (&[0.0; 3], &(*rate).into()), centre_s);
+            let near = Column::from(local.at(local.window.sigma(centre_s)));
             let size = change.abs() + rate.abs() * length_s;
             prop_assert!(row.dot(&(near - change)).abs() <= 1e-12 * row.abs().dot(&size));
-        }
-    }
-
-    /// So is the sketch without a grid, and its series about the middle.
-    #[test]
-    fn sketches_about_the_middle_hold(
-        a in systems(),
-        row in rows(),
-        rate in rates(),
-        growth in 1e-3..8.0_f64,
-        end in 0.05..1.0_f64,
-    ) {
-        let length_s = growth / growth_down_to(&a, 0.0);
-        let sketch = Sketch::about_middle(&Levels::new(&a, length_s), &row).unwrap();
-        sketch_holds(&sketch, (&a, &row, &rate), (length_s, end))?;
-        for i in 0..=40 {
-            let centre_s = f64::from(i) / 40.0 * length_s;
-            let (window, q) = sketch.around(&rate, 0.125, (centre_s, length_s));
+            let (window, q) = about_middle.around(rate, 0.125, (centre_s, length_s));
             // At its centre, and a quarter of its width from there.
             for sigma in [0.0, 0.5] {
                 let time_s = window.time_s(sigma);
-                let change = change_after(&a, &rate, time_s);
+                let change = change_after(a, rate, time_s);
                 let size = row.abs().dot(&(change.abs() + rate.abs() * length_s));
                 let near = horner(One, &q, window.sigma(time_s)).0 - 0.125;
                 prop_assert!((near - row.dot(&change)).abs() <= 1e-12 * (size + 0.125));
@@ -291,7 +258,7 @@ proptest! {
             Found::None => for i in 0..=200 {
                 prop_assert!(q(f64::from(i) / 200.0) > 0.0);
             },
-            Found::At { theta, from, to } => {
+            Found::At([theta, from, to]) => {
                 let first = if r >= 0.0 { r } else { r + gap };
                 prop_assert!(from <= first && first <= to, "{first} {from} {to}");
                 prop_assert!((theta - first).abs() <= to - from);
@@ -309,33 +276,28 @@ proptest! {
     /// A crossing and its return are two roots, however close.
     #[test]
     fn finds_the_first_of_two_close_roots(r in 0.01..0.9_f64, gap in 1e-6..0.05_f64) {
-        let mut q = [0.0; TERMS + 1];
-        (q[0], q[1], q[2]) = (r * (r + gap), -(2.0 * r + gap), 1.0);
-        let root = Polynomial::new(q).first_negative(1.0);
+        let (c, b) = (r * (r + gap), -(2.0 * r + gap));
+        let root = parabola(c, b, 1.0).first_negative(1.0);
         prop_assert!((root.unwrap() - r).abs() < 1e-9 / gap.max(1e-4));
         // The contrast: both ends are positive, their signs show nothing.
-        prop_assert!(q[0] > 0.0 && q[0] + q[1] + q[2] > 0.0);
+        prop_assert!(c > 0.0 && c + b + 1.0 > 0.0);
         // Lifted clear of zero there is nothing to find.
-        q[0] += gap * gap;
-        prop_assert_eq!(Polynomial::new(q).first_negative(1.0), None);
+        prop_assert_eq!(parabola(c + gap * gap, b, 1.0).first_negative(1.0), None);
     }
 
     #[test]
     fn finds_the_peak_between_the_ends(at in 0.05..0.95_f64, height in -2.0..2.0_f64) {
         // height − (θ − at)²: the supremum of its magnitude.
-        let mut q = [0.0; TERMS + 1];
-        (q[0], q[1], q[2]) = (height - at * at, 2.0 * at, -1.0);
         let ends = (height - at * at).abs().max((height - (1.0 - at) * (1.0 - at)).abs());
         let expected = ends.max(height.abs());
-        prop_assert!((Polynomial::new(q).peak(1.0) - expected).abs() < 1e-13);
+        let peak = parabola(height - at * at, 2.0 * at, -1.0).peak(1.0);
+        prop_assert!((peak - expected).abs() < 1e-13);
     }
 
     #[test]
     fn finds_the_last_exit_from_a_band(at in 0.1..0.9_f64, band in 0.01..0.3_f64) {
         // θ − at leaves the band of ±band at at + band for good.
-        let mut q = [0.0; TERMS + 1];
-        (q[0], q[1]) = (-at, 1.0);
-        let last = Polynomial::new(q).last_outside(band, 1.0);
+        let last = parabola(-at, 1.0, 0.0).last_outside(band, 1.0);
         let expected = if at + band < 1.0 { Some(1.0) } else if at - band > 0.0 { Some(at - band) } else { None };
         match (last, expected) {
             (Some(last), Some(expected)) => prop_assert!((last - expected).abs() < 1e-9),
@@ -344,32 +306,30 @@ proptest! {
     }
 }
 
+/// `c + b·θ + a·θ²`.
+fn parabola(c: f64, b: f64, a: f64) -> Polynomial {
+    let mut q = [0.0; TERMS + 1];
+    (q[0], q[1], q[2]) = (c, b, a);
+    Polynomial(q)
+}
+
 /// The contrast of `bounds_hold`: on an arc that is nearly a parabola half the
 /// bound is too small, so the bound is no idle one.
 #[test]
 fn half_the_bound_is_too_small() {
-    let a = Matrix::<3>::new(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0);
-    let (row, rate) = (
-        Column::<3>::new(1.0, 0.0, 0.0),
-        Column::<3>::new(0.0, 3.0, 0.0),
-    );
-    let levels = Levels::new(&a, 1e-3);
-    let (chord, slope, _) = strays(&a, &row, &rate, 1e-3);
-    let bounds = levels.bounds(&row);
-    assert!(chord > 0.0 && chord > 0.5 * bounds.over(0, &rate));
-    assert!(slope > 0.5 * bounds.slope_over(0, &rate));
+    let case = driven([0.0; 3], [0.0, 3.0]);
+    let bounds = Levels::new(&case.0, 1e-3).bounds(&case.1);
+    let (chord, slope) = strays(&case, 1e-3);
+    assert!(chord > 0.0 && chord > 0.5 * bounds.over(0, &case.2));
+    assert!(slope > 0.5 * bounds.slope_over(0, &case.2));
 }
 
 /// The same of the cubic: of a slow swing the bound is no more than a third too large.
 #[test]
 fn the_cubics_bound_is_no_idle_one() {
-    let a = Matrix::<3>::new(0.0, 1.0, 0.0, -0.01, 0.0, 0.0, 0.0, 0.0, -1e-6);
-    let (row, rate) = (
-        Column::<3>::new(1.0, 0.0, 0.0),
-        Column::<3>::new(0.0, 3.0, 0.0),
-    );
-    let grid = Grid::new(&Levels::new(&a, 1.0)).unwrap();
-    let (off, bound, _) = off_the_cubic((&grid, &a, &row, &rate));
+    let case = driven([-0.01, 0.0, 0.0], [0.0, 3.0]);
+    let grid = Grid::new(&Levels::new(&case.0, 1.0)).unwrap();
+    let (off, bound, _) = off_the_cubic(&grid, &case);
     assert!(off > 0.75 * bound, "{off} {bound}");
 }
 
@@ -377,14 +337,10 @@ fn the_cubics_bound_is_no_idle_one() {
 #[test]
 fn a_dip_between_the_ends_does_not_hold() {
     let w = 1e3;
-    let a = Matrix::<3>::new(0.0, 1.0, 0.0, -w * w, 0.0, 0.0, 0.0, 0.0, -1.0);
-    let (row, rate) = (
-        Column::<3>::new(1.0, 0.0, 0.0),
-        Column::<3>::new(1.0, 0.0, 0.0),
-    );
+    let case = driven([-w * w, 0.0, 0.0], [1.0, 0.0]);
     // sin(w·t)/w
     let length_s = core::f64::consts::TAU / w;
-    let holds = |offset: f64| all_hold((&a, &row, &rate), offset / w, length_s);
+    let holds = |offset: f64| all_hold(&case, offset / w, length_s);
     assert!(!holds(0.5) && !holds(0.999));
     // The contrast: far above it does, if by a bound that is not the best.
     assert!(holds(20.0));
@@ -407,9 +363,8 @@ fn the_papers_axis_has_sketches() {
             ..axis.mode_at_rest()
         };
         let mut tables = Tables::default();
-        let table = tables.held(&axis, &mode, length_ns);
-        let quantity = table.table.quantity(Quantity::Delta);
-        quantity.sketch.is_some()
+        let table = &tables.held(&axis, &mode, length_ns).table;
+        table.quantity(Quantity::Delta).sketch.is_some()
     };
     for joint in [JointMode::Open, JointMode::Loaded(Direction::Positive)] {
         assert!(has_sketch(joint, 100_000) && has_sketch(joint, 1_400_000));
@@ -427,11 +382,8 @@ fn node_product_is_a_bound() {
     let (steps, mut largest) = (1_000_000_u32, 0.0_f64);
     for i in 0..=steps {
         let theta = f64::from(i) / f64::from(steps);
-        let product: f64 = NODES
-            .iter()
-            .map(|&node| (theta - node as f64 / CELLS as f64).abs())
-            .product();
-        largest = largest.max(product);
+        let distances = NODES.map(|node| (theta - node as f64 / CELLS as f64).abs());
+        largest = largest.max(distances.iter().product());
     }
     // A polynomial of degree 11 is at most that much steeper than it is large
     // (Markov's inequality: 2·11² on [0, 1]).
@@ -447,12 +399,8 @@ fn node_product_is_a_bound() {
 #[test]
 fn remainder_is_no_idle_one() {
     let w = 1e3;
-    let a = Matrix::<3>::new(0.0, 1.0, 0.0, -w * w, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let (a, row, rate) = driven([-w * w, 0.0, 0.0], [0.0, w * w]);
     let length_s = 7.9 / growth_down_to(&a, 0.0);
-    let (row, rate) = (
-        Column::<3>::new(1.0, 0.0, 0.0),
-        Column::<3>::new(0.0, w * w, 0.0),
-    );
     let levels = Levels::new(&a, length_s);
     let grid = Grid::new(&levels).unwrap();
     for sketch in [
@@ -474,9 +422,9 @@ fn remainder_is_no_idle_one() {
 /// them is the polynomial that the last of them is.
 #[test]
 fn a_chain_of_integrators_has_its_sketch() {
-    let a = Matrix::<3>::new(0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
-    let (rate, length_s) = (Column::<3>::new(0.25, -1.0, 3.0), 0.5);
-    let row = Column::<3>::new(1.0, 0.0, 0.0);
+    let (a, row, mut rate) = driven([0.0, 0.0, 1.0], [0.25, -1.0]);
+    rate[2] = 3.0;
+    let length_s = 0.5;
     assert!(growth_down_to(&a, 0.0) < 1e-12);
     let sketch = Sketch::about_middle(&Levels::new(&a, length_s), &row).unwrap();
     let curve = sketch.curve(One, &rate.into(), (1.0, 0.0));
@@ -501,7 +449,7 @@ fn a_chain_of_integrators_has_its_sketch() {
 #[test]
 fn series_reproduces_an_oscillation() {
     let w = 1e3;
-    let a = Matrix::<3>::new(0.0, 1.0, 0.0, -w * w, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let (a, ..) = driven([-w * w, 0.0, 0.0], [0.0; 2]);
     let h = 1.0 / growth_down_to(&a, 0.0);
     let x = Column::<3>::new(0.0, w, 0.0);
     let end = Taylor::new(&a, &x, &(a * x), h).at(1.0);
@@ -517,13 +465,10 @@ fn rounding_ends_the_search() {
     for value in [f64::NAN, f64::INFINITY, 1e308] {
         let mut q = [value; TERMS + 1];
         q.iter_mut().skip(1).step_by(2).for_each(|a| *a = -*a);
-        let polynomial = Polynomial::new(q);
+        let polynomial = Polynomial(q);
         assert_eq!(polynomial.last_outside(1.0, 1.0).is_some(), value == 1e308);
-        assert!(
-            polynomial
-                .first_negative(1.0)
-                .is_none_or(|theta| theta <= 1.0)
-        );
-        assert!(polynomial.peak(1.0).is_nan() || polynomial.peak(1.0) >= 0.0);
+        let (first, peak) = (polynomial.first_negative(1.0), polynomial.peak(1.0));
+        assert!(first.is_none_or(|theta| theta <= 1.0));
+        assert!(peak.is_nan() || peak >= 0.0);
     }
 }
