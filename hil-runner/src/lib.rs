@@ -13,4 +13,3 @@ pub mod live;
 mod page;
 pub mod report;
 pub mod study;
-pub mod tune;

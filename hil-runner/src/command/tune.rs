@@ -12,8 +12,7 @@ use hil_core::number;
 use hil_core::report::compared;
 use hil_core::run::{CaseRun, RunOptions};
 use hil_core::runfile::tune_settings::TuneSettings;
-use hil_core::runfile::{KeyPath, KeyValue, RunFile, Template, with_sets};
-use hil_core::summary::Summary;
+use hil_core::runfile::{RunFile, Template, with_sets};
 use hil_core::tune::corners;
 use hil_core::tune::outcome::{self, TuneOutcome};
 use hil_core::tune::prepare::{NeededKey, Prepared, prepare};
@@ -24,10 +23,11 @@ use hil_runner::host::Team;
 use hil_runner::live::{Live, LiveCase};
 use hil_runner::report::tune::render_tune;
 use hil_runner::report::{command_line, each_with};
-use hil_runner::tune::settings_file::{SettingsError, SettingsFile};
 
+mod settings_file;
 mod tables;
 
+use self::settings_file::{SettingsError, SettingsFile};
 use super::options::{Sets, live};
 use super::terminal::{self, check_signals, tell, watch_signals_aloud};
 
@@ -71,7 +71,7 @@ pub(crate) struct Tune {
 struct Input {
     /// Text of the run file, and of the file with [tune] where it has one of its own.
     text: String,
-    of_tune: Option<(String, String)>,
+    of_tune: Option<String>,
     /// Overrides of the case.
     sets: Vec<String>,
     template: Template,
@@ -88,19 +88,18 @@ impl Tune {
         let profile = profile_beside(&self.case, &input.text, &folder)?;
         prepared.needed.extend(profile);
         let mut known = SettingsFile::open(&folder, &self.origin(&input), &prepared.problem)?;
-        if known.read() > 0 {
-            tell!(
-                "{}: {} settings are there already\n",
-                folder.display(),
-                known.read()
-            );
+        let (place, read) = (folder.display(), known.read());
+        if read > 0 {
+            tell!("{place}: {read} settings are there already\n");
         }
-        let team = Team::new(self.threads())?;
+        let given = self.threads.and_then(|n| NonZeroUsize::new(n.into()));
+        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        let team = Team::new(given.unwrap_or_else(cores))?;
         let begun = Instant::now();
         let budget = [runs, input.settings.seed];
         let found = self.search(&mut prepared, budget, &mut known, &team);
         if let Err(error) = &found
-            && known.read() == 0
+            && read == 0
             && !error.is::<SettingsError>()
         {
             // What was refused must not stand in the way of what is asked for better.
@@ -108,10 +107,7 @@ impl Tune {
         }
         let found = found?.with_context(|| {
             let command = self.command_line();
-            format!(
-                "interrupted: every setting looked at is in {}; to go on: {command}",
-                folder.display()
-            )
+            format!("interrupted: every setting looked at is in {place}; to go on: {command}")
         })?;
         let tolerance = match found.best.is_feasible() {
             true => Some(tolerance(&input, &prepared, &found, &team)?),
@@ -122,19 +118,11 @@ impl Tune {
         let looked = begun.elapsed().as_secs_f64();
         let (settings, runs) = (outcome.settings, outcome.runs);
         tell!("{settings} settings, {runs} runs and {of_yield} for the yield in {looked:.1} s\n");
-        OutputFile::create(&folder.join("tune.json"))?.write_json(&outcome)?;
-        let run = self.write_file(
-            &folder.join("tuned.toml"),
-            &input,
-            &prepared,
-            (&found, &outcome),
-        )?;
-        let sentences = self.write_page(
-            &folder.join("report.html"),
-            &prepared,
-            (&found, &outcome),
-            live,
-        )?;
+        let path = |name: &str| folder.join(name);
+        OutputFile::create(&path("tune.json"))?.write_json(&outcome)?;
+        let told = (&found, &outcome);
+        let run = self.write_file(&path("tuned.toml"), &input, &prepared, told)?;
+        let sentences = self.write_page(&path("report.html"), &prepared, told, live)?;
         match self.json {
             true => terminal::print_json(&outcome)?,
             false => terminal::print(&(tables::tables(&outcome, &sentences) + &run))?,
@@ -144,12 +132,8 @@ impl Tune {
 
     /// Reads the case and what is asked for: in the run file, or in a file of its own.
     fn input(&self) -> anyhow::Result<Input> {
-        let (of_tune, of_case): (Vec<String>, Vec<String>) = self
-            .sets
-            .sets
-            .iter()
-            .cloned()
-            .partition(|set| is_of_tune(set));
+        let sets = self.sets.sets.iter().cloned();
+        let (of_tune, of_case): (Vec<String>, Vec<String>) = sets.partition(|set| is_of_tune(set));
         let sets = match self.tune {
             Some(_) => of_case,
             None => self.sets.sets.clone(),
@@ -173,7 +157,7 @@ impl Tune {
         Ok(Input {
             template: Template::parse(&self.case, &text, &sets, files::profile)?,
             text: text.into_owned(),
-            of_tune: tune,
+            of_tune: tune.map(|(_, text)| text),
             sets,
             settings,
         })
@@ -185,12 +169,9 @@ impl Tune {
         let usual = || Path::new("out").join(format!("tune-{name}"));
         let folder = self.out.clone().unwrap_or_else(usual);
         let path = folder.join("tuned.toml");
-        let there = std::fs::canonicalize(&path).ok();
-        if there.is_some() && there == std::fs::canonicalize(&self.case).ok() {
-            bail!(
-                "{} would be overwritten: give another --out",
-                path.display()
-            );
+        if files::same_file(&path, Path::new(&self.case)) {
+            let path = path.display();
+            bail!("{path} would be overwritten: give another --out");
         }
         Ok(folder)
     }
@@ -243,11 +224,8 @@ impl Tune {
         if outcome.feasible {
             sentences.extend(broken_budget(&runs[1]));
         }
-        let report = compared(
-            &format!("{}, tuned", outcome.name),
-            &self.command_line(),
-            &runs,
-        );
+        let title = format!("{}, tuned", outcome.name);
+        let report = compared(&title, &self.command_line(), &runs);
         let html = render_tune(&report, outcome, &sentences, live.as_ref())?;
         OutputFile::create(path)?.write_whole(&html)?;
         tell!("{}\n", path.display());
@@ -257,10 +235,7 @@ impl Tune {
     /// What makes a tune another one: the texts of the files, the overrides, the program.
     fn origin(&self, input: &Input) -> String {
         let version = env!("CARGO_PKG_VERSION");
-        let (case, tune) = (
-            input.template.base(),
-            input.of_tune.as_ref().map(|(_, text)| text),
-        );
+        let (case, tune) = (input.template.base(), &input.of_tune);
         // The command over time stands for a profile, which is a file of its own.
         let at = |k: u64| {
             let time_ns = case.run.duration_ns / 1_000 * k;
@@ -270,18 +245,8 @@ impl Tune {
         let (text, sets) = (&input.text, &self.sets.sets);
         let all = format!("{text}\n{tune:?}\n{sets:?}\n{motion:?}");
         let sum = crc::Crc::<u64>::new(&crc::CRC_64_XZ).checksum(all.as_bytes());
-        format!(
-            "hil-runner {version} tune of {}, inputs {sum:016x}",
-            self.case
-        )
-    }
-
-    fn threads(&self) -> NonZeroUsize {
-        let given = self
-            .threads
-            .and_then(|threads| NonZeroUsize::new(threads.into()));
-        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-        given.unwrap_or_else(cores)
+        let case = &self.case;
+        format!("hil-runner {version} tune of {case}, inputs {sum:016x}")
     }
 
     /// Searches; nothing if the user has ended it.
@@ -294,11 +259,8 @@ impl Tune {
     ) -> anyhow::Result<Option<Found>> {
         watch_signals_aloud("ending after the runs under way; nothing is lost\n");
         let bar = terminal::bar("tune", budget[0], BAR);
-        let starts: Vec<Vec<f64>> = prepared
-            .starts
-            .iter()
-            .filter_map(|row| row.values.clone().ok())
-            .collect();
+        let starts = prepared.starts.iter();
+        let starts: Vec<Vec<f64>> = starts.filter_map(|row| row.with.clone().ok()).collect();
         let problem = &mut prepared.problem;
         let mut runner = |cases: &[Case]| team.figures(cases);
         problem
@@ -317,7 +279,7 @@ impl Tune {
         };
         let made = (|| {
             // Starts are shown, whatever margins they have.
-            let first = look(problem, starts.clone(), f64::INFINITY)?;
+            let first = look(problem, starts, f64::INFINITY)?;
             let asked = probes(problem, &first);
             let probed = look(problem, asked, NEARLY)?;
             if let Some(sentence) = idle(problem, &first, &probed) {
@@ -402,13 +364,7 @@ fn tolerance(
         bar.inc(some.len() as u64);
     }
     bar.finish_and_clear();
-    let mut made = made.into_iter();
-    let mut runs: [Vec<Result<Summary, RunError>>; 2] = [Vec::new(), Vec::new()];
-    while let (Some(before), Some(after)) = (made.next(), made.next()) {
-        runs[0].push(before);
-        runs[1].push(after);
-    }
-    let runs = runs.each_ref().map(Vec::as_slice);
+    let runs = [0, 1].map(|first| made.iter().skip(first).step_by(2).collect());
     let (problem, case) = (&prepared.problem, input.template.base());
     Ok(outcome::tolerance(problem, case, drawn, runs))
 }
@@ -470,21 +426,18 @@ fn profile_beside(case: &str, text: &str, folder: &Path) -> anyhow::Result<Optio
     }
     let value = toml_edit::Value::from(absolute.to_string_lossy().as_ref());
     Ok(Some(NeededKey {
-        key: KeyPath::find("motion.profile").map_err(anyhow::Error::msg)?,
-        value: KeyValue::Toml(value.to_string()),
+        key: "motion.profile".to_owned(),
+        value: value.to_string(),
         because: "tuned.toml lies in another folder".to_owned(),
     }))
 }
 
 /// The run file with the tuned keys, and those that they need.
 fn tuned_text(text: &str, prepared: &Prepared, found: &Found) -> anyhow::Result<String> {
-    let needed = prepared
-        .needed
-        .iter()
-        .map(|need| (need.key, need.value.clone()));
-    let changes = prepared.problem.changes(&found.best.values);
-    let sets = needed
-        .chain(changes)
-        .map(|(key, value)| format!("{}={}", key.path(), value.to_toml()));
-    Ok(with_sets("tuned.toml", text, &sets.collect::<Vec<_>>())?)
+    let needed = prepared.needed.iter();
+    let needed = needed.map(|need| format!("{}={}", need.key, need.value));
+    let changes = prepared.problem.changes(&found.best.values).into_iter();
+    let changes = changes.map(|(key, value)| format!("{}={}", key.path(), value.to_toml()));
+    let sets: Vec<String> = needed.chain(changes).collect();
+    Ok(with_sets("tuned.toml", text, &sets)?)
 }

@@ -1,7 +1,7 @@
 //! What the settings that a search has looked at tell together: the front of the first two
 //! aims, what each requirement costs, and other optima.
 
-use super::problem::{NEARLY, Problem, Seen, is_of_loop};
+use super::problem::{Aim, NEARLY, Problem, Seen, is_of_loop};
 
 /// Points of a front that are nearer to each other than this, in parts of both figures, tell
 /// the same.
@@ -25,12 +25,11 @@ pub fn unbeaten<'s>(problem: &Problem, archive: &'s [Seen]) -> Vec<&'s Seen> {
     known.sort_by(|(a, _), (b, _)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     let mut front: Vec<([f64; 2], &Seen)> = Vec::new();
     for (worth, seen) in known {
-        let Some((last, _)) = front.last() else {
-            front.push((worth, seen));
-            continue;
+        let is_another = |(last, _): &([f64; 2], &Seen)| {
+            let alike = |k: usize| (worth[k] - last[k]).abs() <= ALIKE * last[k].abs();
+            worth[1] < last[1] && !(alike(0) && alike(1))
         };
-        let alike = |k: usize| (worth[k] - last[k]).abs() <= ALIKE * last[k].abs();
-        if worth[1] < last[1] && !(alike(0) && alike(1)) {
+        if front.last().is_none_or(is_another) {
             front.push((worth, seen));
         }
     }
@@ -54,7 +53,7 @@ pub fn front<'s>(problem: &Problem, archive: &'s [Seen]) -> Vec<&'s Seen> {
         let log = |place: usize| Some(libm::log((*seen.figures.get(place)?)?));
         Some([log(0)?, log(1)?]).filter(|logs| logs.iter().all(|log| log.is_finite()))
     };
-    let less_is_better = |aim: &super::problem::Aim| !is_of_loop(aim.figure);
+    let less_is_better = |aim: &Aim| !is_of_loop(aim.figure);
     let points: Option<Vec<[f64; 2]>> = all.iter().map(logs).collect();
     let points = points.filter(|_| problem.aims.iter().take(2).all(less_is_better));
     let Some(points) = points else { return all };
@@ -84,49 +83,31 @@ pub fn front<'s>(problem: &Problem, archive: &'s [Seen]) -> Vec<&'s Seen> {
     if near.is_empty() { all } else { near }
 }
 
-/// What a requirement costs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Price {
-    /// Its place among the requirements.
-    pub requirement: usize,
-    /// Part of the limit by which the setting misses it that is the best without it; none
-    /// where no setting seen would be better.
-    pub relaxed: Option<(f64, Vec<Option<f64>>)>,
-}
-
 /// Part of a limit within which a requirement is said to bind.
 const BINDS: f64 = 0.02;
 
-/// The requirements that bind at a setting, each with the best setting seen that misses it
-/// by no more than [`NEARLY`] and keeps all others.
-pub fn prices(problem: &Problem, archive: &[Seen], best: &Seen) -> Vec<Price> {
-    let figures = best.figures.iter().skip(problem.aims.len());
-    let pairs = problem.requirements.iter().zip(figures).enumerate();
-    let priced = pairs.filter_map(|(place, (required, value))| {
-        if required.left((*value)?) > BINDS {
-            return None;
-        }
-        let others_kept = |seen: &&Seen| {
-            let mut missed = seen.missed.iter().enumerate();
-            missed.all(|(k, missed)| *missed <= if k == place { NEARLY } else { 0.0 })
-        };
-        let candidates = archive.iter().filter(|seen| seen.objective.is_some());
-        let relaxed = candidates
-            .filter(others_kept)
-            .min_by(|a, b| {
-                f64::total_cmp(
-                    &a.objective.unwrap_or(f64::INFINITY),
-                    &b.objective.unwrap_or(f64::INFINITY),
-                )
-            })
-            .filter(|seen| seen.objective < best.objective && seen.missed[place] > 0.0)
-            .map(|seen| (seen.missed[place], seen.figures.clone()));
-        Some(Price {
-            requirement: place,
-            relaxed,
-        })
-    });
-    priced.collect()
+/// What the requirement at a place costs, where it binds at the best setting: the best one
+/// seen that misses it by no more than [`NEARLY`] and keeps all others; none that is no
+/// better.
+pub fn price<'s>(
+    problem: &Problem,
+    archive: &'s [Seen],
+    best: &Seen,
+    place: usize,
+) -> Option<&'s Seen> {
+    let value = (*best.figures.get(problem.aims.len() + place)?)?;
+    if problem.requirements.get(place)?.left(value) > BINDS {
+        return None;
+    }
+    let others_kept = |seen: &&Seen| {
+        let mut missed = seen.missed.iter().enumerate();
+        missed.all(|(k, missed)| *missed <= if k == place { NEARLY } else { 0.0 })
+    };
+    let candidates = archive.iter().filter(others_kept);
+    let (_, relaxed) = candidates
+        .filter_map(|seen| Some((seen.objective?, seen)))
+        .min_by(|(a, _), (b, _)| a.total_cmp(b))?;
+    (relaxed.objective < best.objective && relaxed.missed[place] > 0.0).then_some(relaxed)
 }
 
 /// Difference in the objective up to which two optima are said side by side.
@@ -153,14 +134,9 @@ pub fn other_optima(problem: &Problem, ends: &[Seen], best: &Seen) -> Vec<Seen> 
                 _ => true,
             })
     };
-    let mut close: Vec<&Seen> = ends
-        .iter()
-        .filter(|end| end.is_feasible() && far(end, best))
-        .filter(|end| {
-            end.objective
-                .is_some_and(|of_end| of_end - objective <= CLOSE)
-        })
-        .collect();
+    let is_close = |end: &Seen| end.objective.is_some_and(|at| at - objective <= CLOSE);
+    let ends = ends.iter().filter(|end| end.is_feasible());
+    let mut close: Vec<&Seen> = ends.filter(|end| is_close(end) && far(end, best)).collect();
     close.sort_by(|a, b| a.judged().compare(&b.judged()));
     let mut others: Vec<Seen> = Vec::new();
     for end in close {

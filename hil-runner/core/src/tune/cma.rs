@@ -105,9 +105,7 @@ impl Constants {
         let (above, below): (Vec<f64>, Vec<f64>) = raw.partition(|weight| *weight >= 0.0);
         let sum = |weights: &[f64]| weights.iter().sum::<f64>();
         // µ_eff = (Σ w')² / Σ w'²
-        let effective = |weights: &[f64]| {
-            sum(weights) * sum(weights) / weights.iter().map(|w| w * w).sum::<f64>()
-        };
+        let effective = |weights: &[f64]| sum(weights) * sum(weights) / dot(weights, weights);
         let mass = effective(&above);
         // (55) c_σ = (µ_eff + 2)/(n + µ_eff + 5), d_σ = 1 + 2 max(0, √((µ_eff - 1)/(n + 1)) - 1) + c_σ
         let c_sigma = (mass + 2.0) / (n + mass + 5.0);
@@ -125,19 +123,16 @@ impl Constants {
             .min((1.0 - c_1 - c_mu) / (n * c_mu));
         // (53)
         let positive = above.iter().map(|w| w / sum(&above));
-        let weights = positive
-            .chain(below.iter().map(|w| -negative * w / sum(&below)))
-            .collect();
-        let length = n.sqrt() * (1.0 - 1.0 / (4.0 * n) + 1.0 / (21.0 * n * n));
+        let negative = below.iter().map(|w| -negative * w / sum(&below));
         Self {
-            weights,
+            weights: positive.chain(negative).collect(),
             mass,
             c_sigma,
             d_sigma,
             c_c,
             c_1,
             c_mu,
-            length,
+            length: n.sqrt() * (1.0 - 1.0 / (4.0 * n) + 1.0 / (21.0 * n * n)),
         }
     }
 }
@@ -192,19 +187,13 @@ impl Cma {
     pub fn ask(&mut self) -> Vec<Vec<f64>> {
         // (38)-(40) z ~ N(0, I), y = B D z, x = m + σ y
         let mut step = || {
-            let along: Vec<f64> = self
-                .lengths
-                .iter()
-                .map(|d| d * self.random.normal())
-                .collect();
-            combined(&along, &self.axes)
+            let along = self.lengths.iter().map(|d| d * self.random.normal());
+            combined(&along.collect::<Vec<_>>(), &self.axes)
         };
         self.steps = self.constants.weights.iter().map(|_| step()).collect();
         let place = |y: &Vec<f64>| {
-            y.iter()
-                .zip(&self.mean)
-                .map(|(y, m)| folded(m + self.sigma * y))
-                .collect()
+            let line = y.iter().zip(&self.mean);
+            line.map(|(y, m)| folded(m + self.sigma * y)).collect()
         };
         self.steps.iter().map(place).collect()
     }
@@ -212,80 +201,55 @@ impl Cma {
     /// Takes the ranking of the population that was asked for, the best place first.
     pub fn tell(&mut self, order: &[usize]) {
         let n = self.mean.len();
-        let Constants {
-            weights,
-            mass,
-            c_sigma,
-            d_sigma,
-            c_c,
-            c_1,
-            c_mu,
-            length,
-        } = &self.constants;
-        let ranked: Vec<(f64, &[f64])> = weights
-            .iter()
-            .zip(order)
-            .filter_map(|(w, &place)| Some((*w, self.steps.get(place)?.as_slice())))
-            .collect();
+        let k = &self.constants;
+        let places = order.iter().filter_map(|&place| self.steps.get(place));
+        let ranked: Vec<&Vec<f64>> = places.collect();
         // C^-1/2 y = B D^-1 Bᵀ y
         let whitened = |y: &[f64]| {
-            let along: Vec<f64> = self
-                .axes
-                .iter()
-                .zip(&self.lengths)
-                .map(|(axis, d)| dot(axis, y) / d)
-                .collect();
+            let axes = self.axes.iter().zip(&self.lengths);
+            let along: Vec<f64> = axes.map(|(axis, d)| dot(axis, y) / d).collect();
             combined(&along, &self.axes)
         };
 
         // (41) ⟨y⟩_w = Σ w_i y_i over the positive weights
-        let (up, best): (Vec<f64>, Vec<Vec<f64>>) = ranked
-            .iter()
-            .filter(|(w, _)| *w > 0.0)
-            .map(|(w, y)| (*w, y.to_vec()))
-            .unzip();
-        let step = combined(&up, &best);
+        let positive = k.weights.partition_point(|w| *w > 0.0);
+        let step = combined(&k.weights[..positive], &ranked);
         // (43) p_σ ← (1 - c_σ) p_σ + √(c_σ (2 - c_σ) µ_eff) C^-1/2 ⟨y⟩_w
-        let gain = (c_sigma * (2.0 - c_sigma) * mass).sqrt();
+        let gain = (k.c_sigma * (2.0 - k.c_sigma) * k.mass).sqrt();
         for (p, z) in self.sigma_path.iter_mut().zip(whitened(&step)) {
-            *p = (1.0 - c_sigma) * *p + gain * z;
+            *p = (1.0 - k.c_sigma) * *p + gain * z;
         }
-        let relative = dot(&self.sigma_path, &self.sigma_path).sqrt() / length;
+        let relative = dot(&self.sigma_path, &self.sigma_path).sqrt() / k.length;
         // h_σ: p_c stalls while p_σ is long
-        self.unsettled *= (1.0 - c_sigma) * (1.0 - c_sigma);
+        self.unsettled *= (1.0 - k.c_sigma) * (1.0 - k.c_sigma);
         let moves = relative < (1.4 + 2.0 / (n as f64 + 1.0)) * (1.0 - self.unsettled).sqrt();
-        let (heaviside, lost) = if moves {
-            (1.0, 0.0)
-        } else {
-            (0.0, c_c * (2.0 - c_c))
+        let (heaviside, lost) = match moves {
+            true => (1.0, 0.0),
+            false => (0.0, k.c_c * (2.0 - k.c_c)),
         };
         // (45) p_c ← (1 - c_c) p_c + h_σ √(c_c (2 - c_c) µ_eff) ⟨y⟩_w
-        let gain = heaviside * (c_c * (2.0 - c_c) * mass).sqrt();
+        let gain = heaviside * (k.c_c * (2.0 - k.c_c) * k.mass).sqrt();
         for (p, y) in self.path.iter_mut().zip(&step) {
-            *p = (1.0 - c_c) * *p + gain * y;
+            *p = (1.0 - k.c_c) * *p + gain * y;
         }
         // (46) w°_i = w_i where w_i ≥ 0, else w_i n / |C^-1/2 y_i|²
-        let active = |(w, y): &(f64, &[f64])| {
+        let active = |(w, y): (&f64, &&Vec<f64>)| {
             let white = whitened(y);
-            if *w >= 0.0 {
-                *w
-            } else {
-                w * n as f64 / dot(&white, &white).max(f64::MIN_POSITIVE)
+            match *w >= 0.0 {
+                true => *w,
+                false => w * n as f64 / dot(&white, &white).max(f64::MIN_POSITIVE),
             }
         };
-        let scaled: Vec<f64> = ranked.iter().map(active).collect();
+        let scaled: Vec<f64> = k.weights.iter().zip(&ranked).map(active).collect();
         // (47) C ← (1 + c_1 δ(h_σ) - c_1 - c_µ Σ w_j) C + c_1 p_c p_cᵀ + c_µ Σ w°_i y_i y_iᵀ
-        let kept = 1.0 + c_1 * lost - c_1 - c_mu * weights.iter().sum::<f64>();
+        let kept = 1.0 + k.c_1 * lost - k.c_1 - k.c_mu * k.weights.iter().sum::<f64>();
         for i in 0..n {
             for j in 0..=i {
-                let rank_mu: f64 = scaled
-                    .iter()
-                    .zip(&ranked)
-                    .map(|(w, (_, y))| w * y[i] * y[j])
-                    .sum();
+                let steps = scaled.iter().zip(&ranked);
+                let rank_mu: f64 = steps.map(|(w, y)| w * y[i] * y[j]).sum();
                 let c = kept * self.covariance[i][j]
-                    + c_1 * self.path[i] * self.path[j]
-                    + c_mu * rank_mu;
+                    + k.c_1 * self.path[i] * self.path[j]
+                    + k.c_mu * rank_mu;
                 (self.covariance[i][j], self.covariance[j][i]) = (c, c);
             }
         }
@@ -294,26 +258,22 @@ impl Cma {
             *m += self.sigma * y;
         }
         // (44) σ ← σ exp(c_σ/d_σ (|p_σ|/E|N(0, I)| - 1)), at most by e at once
-        self.sigma *= libm::exp((c_sigma / d_sigma * (relative - 1.0)).min(1.0));
-        let widest = (0..n)
-            .fold(0.0, |widest: f64, i| widest.max(self.covariance[i][i]))
-            .sqrt();
-        self.sigma = self.sigma.min(WIDEST / widest);
+        self.sigma *= libm::exp((k.c_sigma / k.d_sigma * (relative - 1.0)).min(1.0));
+        let variances = (0..n).map(|i| self.covariance[i][i]);
+        self.sigma = self
+            .sigma
+            .min(WIDEST / variances.fold(0.0, f64::max).sqrt());
 
         let (values, axes) = eigen(self.covariance.clone());
-        let largest = values.iter().fold(0.0, |largest: f64, v| largest.max(*v));
+        let least = LEAST_RATIO * values.iter().copied().fold(0.0, f64::max);
         self.axes = axes;
-        self.lengths = values
-            .iter()
-            .map(|v| v.max(LEAST_RATIO * largest).sqrt())
-            .collect();
+        self.lengths = values.iter().map(|v| v.max(least).sqrt()).collect();
     }
 
     /// Standard deviation along the longest axis, of the box's side.
     pub fn spread(&self) -> f64 {
-        self.lengths
-            .iter()
-            .fold(0.0, |longest: f64, d| longest.max(self.sigma * d))
+        let deviations = self.lengths.iter().map(|d| self.sigma * d);
+        deviations.fold(0.0, f64::max)
     }
 }
 
@@ -326,16 +286,8 @@ const ENDED: f64 = 2e-3;
 /// Doublings of the first search's population.
 const MOST_DOUBLINGS: usize = 2;
 
-/// One search of [`Restarts`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct Leg {
-    /// Points a generation.
-    pub population: usize,
-    /// Points told.
-    pub evaluations: usize,
-    /// The best point, the first of equals; none before the first answer.
-    pub best: Option<(Vec<f64>, Judged)>,
-}
+/// A point and its judgement; none before the first answer.
+type Best = Option<(Vec<f64>, Judged)>;
 
 /// Searches one after the other until the evaluations are spent: from the start, then
 /// from anywhere, with twice the population after every second one, up to four times. A
@@ -347,17 +299,18 @@ pub struct Leg {
 /// for 18.
 #[derive(Clone, Debug)]
 pub struct Restarts {
-    variables: usize,
+    /// Points a generation of the first search.
     population: usize,
     /// Evaluations left.
     left: usize,
     random: Random,
     cma: Cma,
     asked: Vec<Vec<f64>>,
-    /// Generations since the leg found something better.
+    /// Generations since the search found something better.
     idle: usize,
-    leg: Leg,
-    ended: Vec<Leg>,
+    /// The best point of the search under way, and of those before it.
+    best: Best,
+    ended: Vec<Best>,
 }
 
 impl Restarts {
@@ -365,20 +318,14 @@ impl Restarts {
     /// `evaluations` points in all.
     pub fn new(start: &[f64], population: usize, evaluations: usize, seed: u64) -> Self {
         let mut random = Random::new(seed);
-        let population = population.max(2);
         Self {
-            variables: start.len(),
-            population,
+            population: population.max(2),
             left: evaluations,
             cma: Cma::new(start, WIDE, population, random.next()),
             random,
             asked: Vec::new(),
             idle: 0,
-            leg: Leg {
-                population,
-                evaluations: 0,
-                best: None,
-            },
+            best: None,
             ended: Vec::new(),
         }
     }
@@ -398,53 +345,38 @@ impl Restarts {
     pub fn tell(&mut self, judged: &[Judged]) {
         let order = rank(judged);
         self.left = self.left.saturating_sub(judged.len());
-        self.leg.evaluations += judged.len();
         self.idle += 1;
-        if let Some((point, judged)) = order
-            .first()
-            .and_then(|&k| Some((self.asked.get(k)?, judged[k])))
-            && self
-                .leg
-                .best
-                .as_ref()
-                .is_none_or(|(_, best)| judged.compare(best).is_lt())
+        let first = order.first().map(|&place| (place, judged[place]));
+        let known = self.best.as_ref().map(|(_, judged)| *judged);
+        if let Some((place, judged)) = first
+            && known.is_none_or(|known| judged.compare(&known).is_lt())
+            && let Some(point) = self.asked.get(place)
         {
-            self.leg.best = Some((point.clone(), judged));
+            self.best = Some((point.clone(), judged));
             self.idle = 0;
         }
         self.cma.tell(&order);
-        let patience = 6 + 18 * self.variables / self.leg.population;
+        let variables = self.cma.mean.len();
+        let patience = 6 + 18 * variables / self.cma.constants.weights.len();
         if self.left > 0 && (self.cma.spread() < ENDED || self.idle > patience) {
-            self.restart();
+            let population = self.population << (self.ended.len() / 2).min(MOST_DOUBLINGS);
+            let start: Vec<f64> = (0..variables).map(|_| self.random.uniform()).collect();
+            self.cma = Cma::new(&start, WIDE, population, self.random.next());
+            self.idle = 0;
+            self.ended.push(self.best.take());
         }
-    }
-
-    fn restart(&mut self) {
-        let doublings = (self.ended.len() / 2).min(MOST_DOUBLINGS);
-        let population = self.population << doublings;
-        let start: Vec<f64> = (0..self.variables).map(|_| self.random.uniform()).collect();
-        self.cma = Cma::new(&start, WIDE, population, self.random.next());
-        self.idle = 0;
-        let next = Leg {
-            population,
-            evaluations: 0,
-            best: None,
-        };
-        self.ended.push(std::mem::replace(&mut self.leg, next));
     }
 
     /// The best point of all searches, the first of equals; none before the first answer.
     pub fn best(&self) -> Option<(&[f64], Judged)> {
-        self.legs()
-            .filter_map(|leg| leg.best.as_ref())
-            .min_by(|a, b| a.1.compare(&b.1))
-            .map(|(point, judged)| (point.as_slice(), *judged))
+        let best = self.bests().min_by(|(_, a), (_, b)| a.compare(b));
+        best.map(|(point, judged)| (point.as_slice(), *judged))
     }
 
-    /// The searches in their order, the last of them still under way: several optima show
-    /// as legs that ended in different places.
-    pub fn legs(&self) -> impl Iterator<Item = &Leg> {
-        self.ended.iter().chain([&self.leg])
+    /// The best point of each search in their order, the last of them still under way:
+    /// several optima show as searches that ended in different places.
+    pub fn bests(&self) -> impl Iterator<Item = &(Vec<f64>, Judged)> {
+        self.ended.iter().chain([&self.best]).flatten()
     }
 }
 
@@ -526,9 +458,8 @@ fn unfolded(x: f64) -> f64 {
 }
 
 fn identity(n: usize) -> Vec<Vec<f64>> {
-    (0..n)
-        .map(|i| (0..n).map(|j| if i == j { 1.0 } else { 0.0 }).collect())
-        .collect()
+    let row = |i| (0..n).map(move |j| f64::from(u8::from(i == j)));
+    (0..n).map(|i| row(i).collect()).collect()
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -536,11 +467,15 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Σ factor · vector
-fn combined(factors: &[f64], vectors: &[Vec<f64>]) -> Vec<f64> {
-    let entries = vectors.first().map_or(0, Vec::len);
-    (0..entries)
-        .map(|i| factors.iter().zip(vectors).map(|(f, v)| f * v[i]).sum())
-        .collect()
+fn combined(factors: &[f64], vectors: &[impl AsRef<[f64]>]) -> Vec<f64> {
+    let entries = vectors.first().map_or(0, |vector| vector.as_ref().len());
+    let entry = |i| {
+        let terms = factors.iter().zip(vectors);
+        terms
+            .map(|(factor, vector)| factor * vector.as_ref()[i])
+            .sum()
+    };
+    (0..entries).map(entry).collect()
 }
 
 /// Eigenvalues of a symmetric matrix, and to each its unit vector: cyclic Jacobi (Golub,
@@ -635,21 +570,52 @@ mod tests {
 
     /// At most 1.3 times the median of `cma` 4.5.0 of PyPI, as check/cma_compare.py prints
     /// it; the standard error of a median of 20 is some 5 %, of the ratio some 7 %.
-    fn holds(
-        problem: fn(&[f64]) -> Judged,
-        target: f64,
-        theirs: [(usize, usize); 2],
-        contrasts: &[How],
-    ) {
-        for (population, theirs) in theirs {
-            let most = theirs * 13 / 10;
-            let seen = median(problem, target, population, How::Whole, most);
-            assert!(
-                seen <= most,
-                "population {population}: {seen}, at most {most}"
-            );
-            for how in contrasts {
-                assert!(median(problem, target, population, *how, most) > most);
+    #[test]
+    fn evaluations_are_about_those_of_pycma() {
+        use How::{Isotropic, Untold};
+        type Row = (
+            fn(&[f64]) -> Judged,
+            f64,
+            [(usize, usize); 2],
+            &'static [How],
+        );
+        let rows: [Row; 6] = [
+            (sphere, 1e-10, [(8, 733), (12, 854)], &[Untold]),
+            (
+                ellipsoid,
+                1e-10,
+                [(8, 1_556), (12, 1_595)],
+                &[Untold, Isotropic],
+            ),
+            (
+                valley,
+                1e-8,
+                [(8, 1_795), (12, 1_953)],
+                &[Untold, Isotropic],
+            ),
+            (
+                cut_sphere,
+                1e-8,
+                [(8, 1_232), (12, 1_334)],
+                &[Untold, Isotropic],
+            ),
+            (slope, 1e-4, [(8, 723), (12, 721)], &[Untold, Isotropic]),
+            (corner, 1e-6, [(8, 556), (12, 686)], &[Untold]),
+        ];
+        for (row, (problem, target, theirs, contrasts)) in rows.into_iter().enumerate() {
+            for (population, theirs) in theirs {
+                let most = theirs * 13 / 10;
+                let seen = median(problem, target, population, How::Whole, most);
+                assert!(
+                    seen <= most,
+                    "row {row}, population {population}: {seen}, at most {most}"
+                );
+                for how in contrasts {
+                    assert!(
+                        median(problem, target, population, *how, most) > most,
+                        "row {row}"
+                    );
+                }
             }
         }
     }
@@ -674,88 +640,48 @@ mod tests {
             .sum()
     }
 
-    #[test]
-    fn sphere() {
-        let sphere = |x: &[f64]| Judged::Feasible(x.iter().map(|x| (x - 0.3) * (x - 0.3)).sum());
-        holds(sphere, 1e-10, [(8, 733), (12, 854)], &[How::Untold]);
+    /// Squared distance from 0.3 in every variable.
+    fn square(x: &[f64]) -> f64 {
+        x.iter().map(|x| (x - 0.3) * (x - 0.3)).sum()
     }
 
-    #[test]
-    fn turned_ellipsoid_of_condition_1e6() {
-        let ellipsoid = |x: &[f64]| Judged::Feasible(bowl(x, &[0.4; 5], 1e6));
-        holds(
-            ellipsoid,
-            1e-10,
-            [(8, 1_556), (12, 1_595)],
-            &[How::Untold, How::Isotropic],
-        );
+    fn sphere(x: &[f64]) -> Judged {
+        Judged::Feasible(square(x))
     }
 
-    #[test]
-    fn rosenbrock() {
-        fn valley(x: &[f64]) -> Judged {
-            let z: Vec<f64> = x.iter().map(|x| 4.0 * x - 2.0).collect();
-            let part = |a: f64, b: f64| 100.0 * (b - a * a) * (b - a * a) + (1.0 - a) * (1.0 - a);
-            Judged::Feasible(z.windows(2).map(|z| part(z[0], z[1])).sum())
+    /// A turned one of condition 1e6.
+    fn ellipsoid(x: &[f64]) -> Judged {
+        Judged::Feasible(bowl(x, &[0.4; 5], 1e6))
+    }
+
+    /// Rosenbrock's.
+    fn valley(x: &[f64]) -> Judged {
+        let z: Vec<f64> = x.iter().map(|x| 4.0 * x - 2.0).collect();
+        let part = |a: f64, b: f64| 100.0 * (b - a * a) * (b - a * a) + (1.0 - a) * (1.0 - a);
+        Judged::Feasible(z.windows(2).map(|z| part(z[0], z[1])).sum())
+    }
+
+    /// The objective, or what is missing where that is above 0.
+    fn judged(missing: f64, objective: f64) -> Judged {
+        match missing > 0.0 {
+            true => Judged::Infeasible(missing),
+            false => Judged::Feasible(objective),
         }
-        holds(
-            valley,
-            1e-8,
-            [(8, 1_795), (12, 1_953)],
-            &[How::Untold, How::Isotropic],
-        );
     }
 
-    #[test]
-    fn optimum_on_a_requirement() {
-        fn cut_sphere(x: &[f64]) -> Judged {
-            let missing = 0.5 - x.iter().sum::<f64>() / 5.0;
-            let square: f64 = x.iter().map(|x| (x - 0.3) * (x - 0.3)).sum();
-            if missing > 0.0 {
-                Judged::Infeasible(missing)
-            } else {
-                Judged::Feasible(square - 0.2)
-            }
-        }
-        holds(
-            cut_sphere,
-            1e-8,
-            [(8, 1_232), (12, 1_334)],
-            &[How::Untold, How::Isotropic],
-        );
+    /// The optimum lies on a requirement.
+    fn cut_sphere(x: &[f64]) -> Judged {
+        judged(0.5 - x.iter().sum::<f64>() / 5.0, square(x) - 0.2)
     }
 
     /// A slope down to a curved requirement.
-    #[test]
-    fn optimum_on_a_curved_requirement() {
-        fn slope(x: &[f64]) -> Judged {
-            let others: f64 = x[1..].iter().map(|x| (x - 0.3) * (x - 0.3)).sum::<f64>() / 4.0;
-            let missing = 0.2 + others - x[0];
-            if missing > 0.0 {
-                Judged::Infeasible(missing)
-            } else {
-                Judged::Feasible(x[0] - 0.2)
-            }
-        }
-        holds(
-            slope,
-            1e-4,
-            [(8, 723), (12, 721)],
-            &[How::Untold, How::Isotropic],
-        );
+    fn slope(x: &[f64]) -> Judged {
+        judged(0.2 + square(&x[1..]) / 4.0 - x[0], x[0] - 0.2)
     }
 
-    #[test]
-    fn optimum_in_a_corner() {
-        let corner = |x: &[f64]| {
-            Judged::Feasible(
-                x.iter()
-                    .zip([1.0, 2.0, 3.0, 4.0, 5.0])
-                    .map(|(x, w)| w * x)
-                    .sum(),
-            )
-        };
-        holds(corner, 1e-6, [(8, 556), (12, 686)], &[How::Untold]);
+    fn corner(x: &[f64]) -> Judged {
+        let weights = [1.0, 2.0, 3.0, 4.0, 5.0];
+        Judged::Feasible(dot(x, &weights))
     }
 
     /// Sums of all weights as `cma` 4.5.0 of PyPI has them. They are -c_1/c_µ, so these four
@@ -863,26 +789,23 @@ mod tests {
         matches!(search.best(), Some((_, Judged::Feasible(f))) if f < 0.005)
     }
 
-    /// Of a leg's chance p, at least the 1 - (1 - p)^4 of four legs where one gives 0.39
-    /// (86 %); a single leg stays below.
+    /// Of a search's chance p, at least the 1 - (1 - p)^4 of four searches where one gives 0.39
+    /// (86 %); a single one stays below.
     #[test]
     fn two_optima() {
         let runs: Vec<Restarts> = (1..=50).map(|seed| run(4_000, seed).0).collect();
         let whole = runs.iter().filter(|search| found(search)).count();
-        let first = |search: &&Restarts| matches!(search.legs().next(), Some(Leg { best: Some((_, Judged::Feasible(f))), .. }) if *f < 0.005);
+        let first = |search: &&Restarts| matches!(search.bests().next(), Some((_, Judged::Feasible(f))) if *f < 0.005);
         let single = runs.iter().filter(first).count();
         println!("{whole} of 50, of the first search alone {single}");
         assert!(whole >= 43 && single < 43, "{whole} and {single} of 50");
-        // Both optima stand in the legs.
+        // Both optima stand among the ends of the searches.
         let both = runs.iter().filter(|search| {
-            let ends: Vec<f64> = search
-                .legs()
-                .filter_map(|leg| match leg.best {
-                    Some((_, Judged::Feasible(f))) => Some(f),
-                    _ => None,
-                })
-                .collect();
-            ends.iter().any(|f| *f < 0.005) && ends.iter().any(|f| (f - 0.04).abs() < 0.005)
+            let ends = |range: std::ops::Range<f64>| {
+                let mut bests = search.bests();
+                bests.any(|(_, best)| matches!(best, Judged::Feasible(f) if range.contains(f)))
+            };
+            ends(f64::NEG_INFINITY..0.005) && ends(0.035..0.045)
         });
         assert!(both.count() >= 40);
     }
@@ -892,10 +815,6 @@ mod tests {
         for evaluations in [0, 1, 11, 12, 13, 1_001] {
             let (search, asked) = run(evaluations, 1);
             assert_eq!(asked.len(), evaluations);
-            assert_eq!(
-                search.legs().map(|leg| leg.evaluations).sum::<usize>(),
-                evaluations
-            );
             assert_eq!(search.best().is_some(), evaluations > 0);
         }
     }
@@ -938,7 +857,7 @@ mod tests {
                     (d ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
                 })
             });
-        assert!(search.legs().count() > 2);
+        assert!(search.bests().count() > 2);
         assert_eq!(digest, GOLDEN, "{digest:#018x}");
     }
     const GOLDEN: u64 = 0x62d7_df2b_af1e_aee4;

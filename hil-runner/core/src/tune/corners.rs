@@ -30,15 +30,15 @@ pub fn corners(
         if values.is_empty() {
             continue;
         }
-        let rest = points.clone();
-        points.clear();
-        for value in &values {
-            points.extend(rest.iter().map(|point| {
-                let mut point = point.clone();
+        let with = |value: KeyValue| {
+            let points = points.iter().cloned();
+            let more = points.map(move |mut point| {
                 point.push((over.key, value.clone()));
                 point
-            }));
-        }
+            });
+            more.collect::<Vec<_>>()
+        };
+        points = values.into_iter().flat_map(with).collect();
         if points.len() > MOST_CORNERS {
             return Err(format!("tune.over makes more than {MOST_CORNERS} corners"));
         }
@@ -55,14 +55,17 @@ pub fn corners(
         points.push(drawn_point(template, &drawn, &mut random)?);
     }
     // The file's own comes first, whether or not the corners have it.
-    let own = template.base();
-    let mut corners = vec![Corner::new("as in the file".to_owned(), own.clone())];
+    let own = template.base().clone();
+    let mut corners = vec![Corner::new(label(&[]), own)];
     for point in points {
         let label = label(&point);
-        let case = template.case(point.iter().map(|(key, value)| (key, value)));
-        let case = case
-            .map_err(|errors| format!("the corner {label} of tune.over makes no run: {errors}"))?;
-        let corner = Corner::new(label, case);
+        let corner = match template.case(point.iter().map(|(key, value)| (key, value))) {
+            Ok(case) => Corner::new(label, case),
+            Err(errors) => {
+                let corner = format!("the corner {label} of tune.over");
+                return Err(format!("{corner} makes no run: {errors}"));
+            }
+        };
         if corners.iter().all(|known| known.case != corner.case) {
             corners.push(corner);
         }
@@ -72,25 +75,26 @@ pub fn corners(
 
 /// The values of a key; none of one that is drawn.
 fn values(template: &Template, over: &Over) -> Result<Vec<KeyValue>, String> {
+    let key = over.key;
     Ok(match &over.spread {
-        OverSpread::Values(values) => values.iter().map(|value| over.key.value(*value)).collect(),
+        OverSpread::Values(values) => values.iter().map(|value| key.value(*value)).collect(),
         OverSpread::Factors(factors) => {
-            let own = own(template, &over.key)?;
+            let own = own(template, &key)?;
             if own == 0.0 {
-                let path = over.key.path();
+                let path = key.path();
                 return Err(format!(
                     "tune.over has factors of {path}, which is 0; give values"
                 ));
             }
             factors
                 .iter()
-                .map(|factor| over.key.value(factor * own))
+                .map(|factor| key.value(factor * own))
                 .collect()
         }
-        OverSpread::Words(words) => words
-            .iter()
-            .map(|word| KeyValue::Toml(format!("\"{word}\"")))
-            .collect(),
+        OverSpread::Words(words) => {
+            let words = words.iter().map(|word| format!("\"{word}\""));
+            words.map(KeyValue::Toml).collect()
+        }
         OverSpread::Drawn(_) => Vec::new(),
     })
 }
@@ -112,10 +116,9 @@ fn drawn_point(
     let value = |(key, drawn): &(KeyPath, Drawn)| {
         let part = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
         let value = drawn.distribution.quantile(part);
-        let factor = if drawn.is_factor {
-            own(template, key)?
-        } else {
-            1.0
+        let factor = match drawn.is_factor {
+            true => own(template, key)?,
+            false => 1.0,
         };
         Ok((*key, key.value(factor * value)))
     };
@@ -172,6 +175,9 @@ pub fn tolerance(
 
 /// The tolerances of the ready study of that name, of the keys that the file gives.
 fn usual(template: &Template) -> Vec<(KeyPath, Drawn)> {
+    let triangular = |low, mode, high| Distribution::Triangular { low, mode, high };
+    let uniform = |low, high| Distribution::Uniform { low, high };
+    let log_uniform = |low, high| Distribution::LogUniform { low, high };
     let normal = |deviation, low, high| {
         Distribution::Normal(Normal {
             mean: 1.0,
@@ -181,29 +187,10 @@ fn usual(template: &Template) -> Vec<(KeyPath, Drawn)> {
         })
     };
     let spreads = [
-        (
-            "transmission.backlash_half_deg",
-            Distribution::Triangular {
-                low: 0.4,
-                mode: 1.0,
-                high: 1.3,
-            },
-        ),
+        ("transmission.backlash_half_deg", triangular(0.4, 1.0, 1.3)),
         ("transmission.stiffness_nm_per_rad", normal(0.1, 0.6, None)),
-        (
-            "transmission.damping_nms_per_rad",
-            Distribution::LogUniform {
-                low: 0.5,
-                high: 2.0,
-            },
-        ),
-        (
-            "carriage.mass_kg",
-            Distribution::Uniform {
-                low: 0.8,
-                high: 1.2,
-            },
-        ),
+        ("transmission.damping_nms_per_rad", log_uniform(0.5, 2.0)),
+        ("carriage.mass_kg", uniform(0.8, 1.2)),
         (
             "motor.torque_constant_nm_per_a",
             normal(0.03, 0.8, Some(1.2)),
@@ -215,13 +202,11 @@ fn usual(template: &Template) -> Vec<(KeyPath, Drawn)> {
     let known = spreads.into_iter().filter_map(|(path, distribution)| {
         let key = KeyPath::find(path).ok()?;
         let has = template.own_number(&key).is_some_and(|own| own > 0.0);
-        has.then_some((
-            key,
-            Drawn {
-                distribution,
-                is_factor: true,
-            },
-        ))
+        let drawn = Drawn {
+            distribution,
+            is_factor: true,
+        };
+        has.then_some((key, drawn))
     });
     known.collect()
 }

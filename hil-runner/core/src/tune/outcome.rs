@@ -3,11 +3,12 @@
 
 use serde::Serialize;
 
-use super::archive::{front, other_optima, prices};
-use super::prepare::{Prepared, StartRow};
+use super::archive::{self, front, other_optima};
+use super::prepare::{NeededKey, Prepared};
 use super::problem::{Problem, Seen};
 use super::search::Found;
-use super::variable::Span;
+use super::start::Start;
+use super::variable::{Span, Variable};
 use crate::budget::{Verdict, judged};
 use crate::case::{Case, Limit};
 use crate::error::RunError;
@@ -30,7 +31,7 @@ pub struct TuneOutcome {
     /// The tuned keys.
     pub keys: Vec<KeyRow>,
     /// Keys that are set besides.
-    pub needed: Vec<NeededRow>,
+    pub needed: Vec<NeededKey>,
     /// The axes that the setting has to serve.
     pub corners: Vec<String>,
     /// The figures that the search makes small.
@@ -59,22 +60,11 @@ pub struct KeyRow {
     /// Lowest and highest value, numbers or words.
     pub range: [String; 2],
     /// Where the range comes from; empty where the file gives it.
-    pub origin: String,
+    pub origin: &'static str,
     /// The value before and after, as a file has it.
     pub before: String,
     /// See `before`.
     pub after: String,
-}
-
-/// A key that is set besides the tuned ones.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct NeededRow {
-    /// Its path.
-    pub key: String,
-    /// Its value, as a file has it.
-    pub value: String,
-    /// The sentence that says why.
-    pub because: String,
 }
 
 /// A figure that the search makes small, or large where more is better.
@@ -129,7 +119,7 @@ pub struct StartReport {
     /// Its name.
     pub name: String,
     /// Where it comes from.
-    pub source: String,
+    pub source: &'static str,
     /// Why there is none.
     pub none: Option<String>,
     /// The setting.
@@ -213,17 +203,8 @@ impl TuneOutcome {
             seed,
             feasible: best.is_feasible(),
             keys: keys(problem, &found.own, best),
-            needed: needed
-                .iter()
-                .map(|need| NeededRow {
-                    key: need.key.path(),
-                    value: need.value.to_toml(),
-                    because: need.because.clone(),
-                })
-                .collect(),
-            corners: problem
-                .corners
-                .iter()
+            needed: needed.clone(),
+            corners: (problem.corners.iter())
                 .map(|corner| corner.label.clone())
                 .collect(),
             aims: (problem.aims.iter().enumerate())
@@ -235,8 +216,7 @@ impl TuneOutcome {
                 })
                 .collect(),
             requirements: requirements(problem, found),
-            starts: starts
-                .iter()
+            starts: (starts.iter())
                 .map(|start| start_report(problem, found, start))
                 .collect(),
             front: points(front(problem, archive)),
@@ -257,11 +237,15 @@ fn figure(seen: &Seen, place: usize) -> Option<f64> {
 /// The requirements, with what those cost that bind, or where they would have to give way.
 fn requirements(problem: &Problem, found: &Found) -> Vec<RequirementRow> {
     let Found { best, archive, .. } = found;
-    let priced = prices(problem, archive, best);
     let row = |(place, required): (usize, &Requirement)| {
         let at = problem.aims.len() + place;
-        let price = priced.iter().find(|price| price.requirement == place);
-        let way_out = || way_out(problem, archive, place);
+        let price = |relaxed: &Seen| {
+            let change = |aim: usize| Some(figure(relaxed, aim)? - figure(best, aim)?);
+            PriceRow {
+                relaxed_by: relaxed.missed[place],
+                change: (0..problem.aims.len()).map(change).collect(),
+            }
+        };
         RequirementRow {
             figure: required.figure,
             at_least: required.bound == Bound::AtLeast,
@@ -270,29 +254,25 @@ fn requirements(problem: &Problem, found: &Found) -> Vec<RequirementRow> {
             before: figure(&found.own, at),
             after: figure(best, at),
             kept: figure(best, at).is_some_and(|value| required.left(value) >= 0.0),
-            price: price.and_then(|price| {
-                let (relaxed_by, figures) = price.relaxed.as_ref()?;
-                let change = |aim: usize| Some((*figures.get(aim)?)? - figure(best, aim)?);
-                Some(PriceRow {
-                    relaxed_by: *relaxed_by,
-                    change: (0..problem.aims.len()).map(change).collect(),
-                })
-            }),
-            gives_way_at: if best.is_feasible() { None } else { way_out() },
+            price: archive::price(problem, archive, best, place).map(price),
+            gives_way_at: match best.is_feasible() {
+                true => None,
+                false => way_out(problem, archive, place),
+            },
         }
     };
     problem.requirements.iter().enumerate().map(row).collect()
 }
 
 /// A start as it is shown.
-fn start_report(problem: &Problem, found: &Found, start: &StartRow) -> StartReport {
-    let values = start.values.as_ref().ok();
+fn start_report(problem: &Problem, found: &Found, start: &Start<Vec<f64>>) -> StartReport {
+    let values = start.with.as_ref().ok();
     let seen = values.and_then(|values| found.starts.iter().find(|seen| seen.values == *values));
     let refused = seen.is_some_and(|seen| seen.figures.iter().all(Option::is_none));
     StartReport {
         name: start.name.clone(),
-        source: start.source.clone(),
-        none: match &start.values {
+        source: start.source,
+        none: match &start.with {
             Err(why) => Some(why.clone()),
             Ok(_) => refused.then(|| "the firmware refuses its gains".to_owned()),
         },
@@ -304,8 +284,8 @@ fn start_report(problem: &Problem, found: &Found, start: &StartRow) -> StartRepo
 fn sensitivity(problem: &Problem, best: &Seen, place: usize, sides: &[Seen; 2]) -> SensitivityRow {
     let change = |aim: usize| {
         sides.each_ref().map(|side| {
-            let (now, own) = (*side.figures.get(aim)?, *best.figures.get(aim)?);
-            Some(100.0 * (now? / own? - 1.0)).filter(|change| change.is_finite())
+            let change = 100.0 * (figure(side, aim)? / figure(best, aim)? - 1.0);
+            change.is_finite().then_some(change)
         })
     };
     let breaks = sides.each_ref().map(|side| {
@@ -339,49 +319,40 @@ fn way_out(problem: &Problem, archive: &[Seen], place: usize) -> Option<f64> {
     }
 }
 
+/// Values of the keys, as a file has them.
+fn values(problem: &Problem, seen: &Seen) -> Vec<String> {
+    let values = problem.variables.iter().zip(&seen.values);
+    let shown = values.map(|(variable, value)| variable.key_value(*value).to_toml());
+    shown.collect()
+}
+
 fn keys(problem: &Problem, own: &Seen, best: &Seen) -> Vec<KeyRow> {
-    let rows = problem
-        .variables
-        .iter()
-        .enumerate()
-        .map(|(place, variable)| {
-            let shown = |value: f64| variable.key_value(value).to_toml();
-            let of = |seen: &Seen| {
-                seen.values
-                    .get(place)
-                    .map_or_else(String::new, |value| shown(*value))
-            };
-            let range = match variable.span {
-                Span::Linear { low, high } | Span::Log { low, high } => [low, high].map(shown),
-                Span::Words(words) => {
-                    let word = |word: Option<&&str>| {
-                        word.map_or_else(String::new, |word| format!("\"{word}\""))
-                    };
-                    [word(words.first()), word(words.last())]
-                }
-            };
-            KeyRow {
-                key: variable.path(),
-                unit: variable.tuned.key.key.unit,
-                range,
-                origin: variable.origin.clone(),
-                before: of(own),
-                after: of(best),
-            }
-        });
-    rows.collect()
+    let values = values(problem, own).into_iter().zip(values(problem, best));
+    let rows = problem.variables.iter().zip(values);
+    let row = |(variable, (before, after)): (&Variable, _)| {
+        let ends = match variable.span {
+            Span::Linear { low, high } | Span::Log { low, high } => [low, high],
+            Span::Words(words) => [0.0, words.len() as f64 - 1.0],
+        };
+        KeyRow {
+            key: variable.path(),
+            unit: variable.tuned.key.key.unit,
+            range: ends.map(|end| variable.key_value(end).to_toml()),
+            origin: variable.origin,
+            before,
+            after,
+        }
+    };
+    rows.map(row).collect()
 }
 
 /// A setting as it is shown.
 fn point(problem: &Problem, seen: &Seen) -> Point {
-    let values = problem.variables.iter().zip(&seen.values);
-    let aims = problem.aims.len();
+    let (aims, requirements) = seen.figures.split_at(problem.aims.len());
     Point {
-        values: values
-            .map(|(variable, value)| variable.key_value(*value).to_toml())
-            .collect(),
-        aims: seen.figures.iter().take(aims).copied().collect(),
-        requirements: seen.figures.iter().skip(aims).copied().collect(),
+        values: values(problem, seen),
+        aims: aims.to_vec(),
+        requirements: requirements.to_vec(),
         feasible: seen.is_feasible(),
     }
 }
@@ -392,7 +363,7 @@ pub fn tolerance(
     problem: &Problem,
     case: &Case,
     drawn: Vec<String>,
-    runs: [&[Result<Summary, RunError>]; 2],
+    runs: [Vec<&Result<Summary, RunError>>; 2],
 ) -> Tolerance {
     let requirements = problem.requirements.iter();
     let of_requirements = requirements.filter(|required| required.bound != Bound::OfBefore);
@@ -407,39 +378,42 @@ pub fn tolerance(
     let keeps = |summary: &Summary, limit: &Limit| {
         Verdict::new(limit, summary.figure(limit.figure), false).pass
     };
-    let percent = |runs: &[Result<Summary, RunError>], kept: &dyn Fn(&Summary) -> bool| {
-        let made = runs.iter().filter(|run| run.as_ref().is_ok_and(kept));
-        100.0 * made.count() as f64 / runs.len().max(1) as f64
+    let percent = |kept: &dyn Fn(&Summary) -> bool| {
+        runs.each_ref().map(|runs| {
+            let made = runs.iter().filter(|run| run.as_ref().is_ok_and(kept));
+            100.0 * made.count() as f64 / runs.len().max(1) as f64
+        })
     };
-    let keeps_all = |summary: &Summary| limits.iter().all(|limit| keeps(summary, limit));
+    let row = |limit: &Limit| ToleranceRow {
+        figure: limit.figure,
+        at_least: limit.is_least(),
+        limit: limit.limit,
+        kept_percent: percent(&|summary| keeps(summary, limit)),
+        of_95: (runs.each_ref()).map(|runs| of_95(runs, limit.figure, limit.is_least())),
+    };
     Tolerance {
         axes: runs[0].len(),
         drawn,
-        yield_percent: runs.map(|runs| percent(runs, &keeps_all)),
-        each: limits
-            .iter()
-            .map(|limit| ToleranceRow {
-                figure: limit.figure,
-                at_least: limit.is_least(),
-                limit: limit.limit,
-                kept_percent: runs.map(|runs| percent(runs, &|summary| keeps(summary, limit))),
-                of_95: runs.map(|runs| of_95(runs, limit.figure, limit.is_least())),
-            })
-            .collect(),
+        yield_percent: percent(&|summary| limits.iter().all(|limit| keeps(summary, limit))),
+        each: limits.iter().map(row).collect(),
     }
 }
 
 /// The value that 95 of 100 runs keep: nearest rank, runs without the figure the worst.
-fn of_95(runs: &[Result<Summary, RunError>], figure: &str, at_least: bool) -> Option<f64> {
-    let value = |run: &Result<Summary, RunError>| run.as_ref().ok()?.figure(figure);
-    let mut values: Vec<f64> = runs.iter().filter_map(value).collect();
-    match at_least {
-        true => values.sort_by(|a, b| b.total_cmp(a)),
-        false => {
-            values.iter_mut().for_each(|value| *value = value.abs());
-            values.sort_by(f64::total_cmp);
+fn of_95(runs: &[&Result<Summary, RunError>], figure: &str, at_least: bool) -> Option<f64> {
+    let made = runs.iter().filter_map(|run| run.as_ref().ok());
+    let values = made.filter_map(|summary| summary.figure(figure));
+    let mut values: Vec<f64> = match at_least {
+        true => values.collect(),
+        false => values.map(f64::abs).collect(),
+    };
+    values.sort_by(|a, b| {
+        if at_least {
+            b.total_cmp(a)
+        } else {
+            a.total_cmp(b)
         }
-    }
+    });
     let rank = (95 * runs.len()).div_ceil(100);
     values.get(rank.checked_sub(1)?).copied()
 }

@@ -2,37 +2,27 @@
 //! that a tuned one needs, requirements that hold for the axis.
 
 use super::corners::corners;
-use super::problem::{Aim, Problem, is_of_loop};
-use super::start::starts;
-use super::variable::{Span, Variable, is_feed_forward, is_gain};
+use super::problem::{Aim, Problem, feed_forward, is_of_loop};
+use super::start::{Start, starts};
+use super::variable::{Span, Variable, is_feed_forward, is_gain, number_of};
 use crate::budget::limits;
 use crate::case::{CascadeGains, Case, Law};
 use crate::number;
 use crate::options::{Derivative, FeedForward, FeedForwardGain};
-use crate::runfile::tune_settings::{Bound, Requirement, TuneSettings, TunedKey};
-use crate::runfile::{KeyPath, KeyValue, Kind, Range, RunFileErrors, Template};
+use crate::runfile::tune_settings::{Bound, Objective, Requirement, TuneSettings, TunedKey};
+use crate::runfile::{Kind, Range, RunFileErrors, Template};
 use crate::theory::{JointState, no_figure, no_loop};
 
 use plant::PidGains;
-
-/// A start of the search.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StartRow {
-    /// Its name.
-    pub name: String,
-    /// Where it comes from.
-    pub source: String,
-    /// Values of the variables, or why there are none.
-    pub values: Result<Vec<f64>, String>,
-}
+use serde::Serialize;
 
 /// Another key that a tuned one needs.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NeededKey {
-    /// The key.
-    pub key: KeyPath,
-    /// Its value.
-    pub value: KeyValue,
+    /// Its path.
+    pub key: String,
+    /// Its value, as a file has it.
+    pub value: String,
     /// The sentence that says why.
     pub because: String,
 }
@@ -43,7 +33,7 @@ pub struct Prepared {
     /// The problem.
     pub problem: Problem,
     /// Its starts, the file's own first.
-    pub starts: Vec<StartRow>,
+    pub starts: Vec<Start<Vec<f64>>>,
     /// Keys that are set besides the tuned ones.
     pub needed: Vec<NeededKey>,
     /// The case as the search begins with it: the needed keys set, on rung `firmware`.
@@ -81,11 +71,8 @@ pub fn prepare(file: &Template, settings: &TuneSettings) -> Result<Prepared, Tun
     }
     let needed = needed(file.base(), settings);
     let mut sets = file.sets().to_vec();
-    sets.extend(
-        needed
-            .iter()
-            .map(|need| format!("{}={}", need.key.path(), need.value.to_toml())),
-    );
+    let each = needed.iter();
+    sets.extend(each.map(|need| format!("{}={}", need.key, need.value)));
     let template = file.with_sets(&sets)?;
     let base = template.base();
 
@@ -97,45 +84,34 @@ pub fn prepare(file: &Template, settings: &TuneSettings) -> Result<Prepared, Tun
         }
     }
     let least = ["modulus_margin_contact", "modulus_margin_gap"].map(|figure| {
-        let mut required = requirements
-            .iter()
-            .filter(|required| required.figure == figure);
-        required
-            .find(|required| required.bound == Bound::AtLeast)
-            .map(|required| required.limit)
+        let is_least = |of: &&Requirement| of.figure == figure && of.bound == Bound::AtLeast;
+        let required = requirements.iter().find(is_least);
+        required.map(|required| required.limit)
     });
-    let rules: Vec<Rule> = (starts(base, least).into_iter())
-        .map(|rule| Rule {
-            name: rule.name,
-            source: rule.source,
-            case: rule.gains.map(|gains| with_gains(base, gains)),
-        })
+    let rules: Vec<Start<Case>> = (starts(base, least).into_iter())
+        .map(|rule| rule.map(|gains| with_gains(base, gains)))
         .collect();
 
     // Kessler's and the relay's gains may be far off: the ranges are those around the file's
     // own and the largest K_i, the first of the rules.
-    let largest_ki = rules.first().and_then(|rule| rule.case.as_ref().ok());
+    let largest_ki = rules.first().and_then(|rule| rule.with.as_ref().ok());
     let known: Vec<&Case> = core::iter::once(base).chain(largest_ki).collect();
-    let variables = settings
-        .keys
-        .iter()
-        .map(|tuned| variable(*tuned, &known, &template));
-    let variables: Vec<Variable> = variables
+    let keys = settings.keys.iter();
+    let variables: Vec<Variable> = keys
+        .map(|tuned| variable(*tuned, &known, &template))
         .collect::<Result<_, String>>()
         .map_err(TuneError::Sentence)?;
 
     let budget = limits(base).0;
     let gear = &base.axis.transmission;
     let count_m = gear.screw_pitch_m_per_rad * gear.gear_ratio / base.encoder.counts_per_rad;
-    let aim = |aim: &crate::runfile::tune_settings::Objective| {
+    let aim = |aim: &Objective| {
         let limit = budget.iter().find(|limit| limit.figure == aim.figure);
+        let limit = limit.map(|limit| limit.limit);
         Aim {
             figure: aim.figure,
             weight: aim.weight,
-            limit: limit
-                .map(|limit| limit.limit)
-                .filter(|limit| *limit > 0.0)
-                .unwrap_or(1.0),
+            limit: limit.filter(|limit| *limit > 0.0).unwrap_or(1.0),
             floor: match crate::figures::unit(aim.figure) {
                 "µm" => 1e6 * count_m,
                 "mm" => 1e3 * count_m,
@@ -162,32 +138,21 @@ fn requirements(base: &Case, settings: &TuneSettings) -> Vec<Requirement> {
     if let Some(given) = &settings.require {
         return given.clone();
     }
-    let least = |figure, limit| Requirement {
+    let required = |figure, bound, limit| Requirement {
         figure,
-        bound: Bound::AtLeast,
+        bound,
         limit,
     };
-    let most = |figure, limit| Requirement {
-        figure,
-        bound: Bound::AtMost,
-        limit,
-    };
-    let mut usual = vec![least("modulus_margin_contact", 0.5)];
+    let mut usual = vec![required("modulus_margin_contact", Bound::AtLeast, 0.5)];
     if no_loop(base, JointState::Gap).is_none() {
-        usual.push(least("modulus_margin_gap", 0.3));
+        usual.push(required("modulus_margin_gap", Bound::AtLeast, 0.3));
     }
-    usual.push(most("voltage_saturated_s", 0.0));
-    usual.push(most("rest_ripple_um", 10.0));
+    usual.push(required("voltage_saturated_s", Bound::AtMost, 0.0));
+    usual.push(required("rest_ripple_um", Bound::AtMost, 10.0));
     if !settings.over.is_empty() {
-        let aims = settings
-            .minimise
-            .iter()
-            .filter(|aim| !is_of_loop(aim.figure));
-        usual.extend(aims.map(|aim| Requirement {
-            figure: aim.figure,
-            bound: Bound::OfBefore,
-            limit: 1.0,
-        }));
+        let aims = settings.minimise.iter().map(|aim| aim.figure);
+        let of_runs = aims.filter(|figure| !is_of_loop(figure));
+        usual.extend(of_runs.map(|figure| required(figure, Bound::OfBefore, 1.0)));
     }
     usual
 }
@@ -195,42 +160,36 @@ fn requirements(base: &Case, settings: &TuneSettings) -> Vec<Requirement> {
 /// Other keys that the tuned ones need.
 fn needed(case: &Case, settings: &TuneSettings) -> Vec<NeededKey> {
     let mut needed = Vec::new();
-    let mut need = |path: &str, value: KeyValue, because: String| {
-        if let Ok(key) = KeyPath::find(path) {
-            needed.push(NeededKey {
-                key,
-                value,
-                because,
-            });
-        }
+    let mut need = |key: &str, value: &str, because: &str| {
+        let [key, value, because] = [key, value, because].map(str::to_owned);
+        needed.push(NeededKey {
+            key,
+            value,
+            because,
+        });
     };
-    let word = |word: &str| KeyValue::Toml(format!("\"{word}\""));
-    let law = case.controller.law;
-    if law != Law::Firmware {
-        let because = "what is tuned is judged on rung firmware".to_owned();
-        need("controller.law", word("firmware"), because);
+    if case.controller.law != Law::Firmware {
+        let because = "what is tuned is judged on rung firmware";
+        need("controller.law", "\"firmware\"", because);
     }
     let tunes = |path: &str| settings.keys.iter().any(|tuned| tuned.key.path() == path);
     if tunes("controller.feedback") && case.options.law.derivative != Derivative::Measurement {
-        let because = "feedback \"dual\" takes its damping from the motor".to_owned();
-        need("controller.derivative", word("measurement"), because);
+        let because = "feedback \"dual\" takes its damping from the motor";
+        need("controller.derivative", "\"measurement\"", because);
     }
     if tunes("backlash.compensation") {
         let motion = &case.motion;
-        let because =
-            || "the backlash compensation needs room above the motion's own peaks".to_owned();
+        let because = "the backlash compensation needs room above the motion's own peaks";
+        let mut need_room = |key: &str, value: f64| {
+            need(key, &format!("{:?}", two_digits(value)), because);
+        };
         if case.options.limits.velocity_mps.is_none() {
-            let value = KeyValue::Number(two_digits(2.0 * motion.peak_velocity_mps()));
-            need("limits.velocity_mps", value, because());
+            need_room("limits.velocity_mps", 2.0 * motion.peak_velocity_mps());
         }
         if case.options.limits.acceleration_mps2.is_none() {
             let end_s = number::seconds(case.run.duration_ns);
-            let value = 4.0 * motion.peak_acceleration_until_mps2(end_s);
-            need(
-                "limits.acceleration_mps2",
-                KeyValue::Number(two_digits(value)),
-                because(),
-            );
+            let peak_mps2 = motion.peak_acceleration_until_mps2(end_s);
+            need_room("limits.acceleration_mps2", 4.0 * peak_mps2);
         }
     }
     needed
@@ -270,89 +229,70 @@ fn cascade(case: &Case, gains: PidGains) -> CascadeGains {
 /// # Errors
 /// The sentence that asks for a range where there is none to go by.
 fn variable(tuned: TunedKey, known: &[&Case], template: &Template) -> Result<Variable, String> {
-    let base = template.base();
-    let key = tuned.key.key;
-    if let Kind::Choice(words) = key.kind {
-        return Ok(Variable {
-            tuned,
-            span: Span::Words(words),
-            origin: "its words".to_owned(),
-        });
-    }
-    let logarithmic = is_gain(&tuned.key) || is_factor_like(&tuned);
-    let span = |[low, high]: [f64; 2]| match logarithmic && low > 0.0 {
+    let span = |[low, high]: [f64; 2]| match (is_gain(&tuned.key) || is_factor_like(&tuned))
+        && low > 0.0
+    {
         true => Span::Log { low, high },
         false => Span::Linear { low, high },
     };
-    if let Some(range) = tuned.range {
-        return Ok(Variable {
-            tuned,
-            span: span(range),
-            origin: String::new(),
-        });
-    }
-    let bare = Variable {
+    let (span, origin) = match (tuned.key.key.kind, tuned.range) {
+        (Kind::Choice(words), _) => (Span::Words(words), "its words"),
+        (_, Some(range)) => (span(range), ""),
+        (kind, None) => {
+            let (range, origin) = usual_range(&tuned, known, template)?;
+            (span(within(kind, range.map(two_digits))), origin)
+        }
+    };
+    Ok(Variable {
         tuned,
-        span: Span::Linear {
-            low: 0.0,
-            high: 1.0,
-        },
-        origin: String::new(),
-    };
-    let found = |range: [f64; 2], origin: &str| {
-        let range = within(key.kind, range.map(two_digits));
-        Ok(Variable {
-            tuned,
-            span: span(range),
-            origin: origin.to_owned(),
-        })
-    };
+        span,
+        origin,
+    })
+}
+
+/// The range of a number that has none of its own, and where it comes from.
+///
+/// # Errors
+/// As [`variable`].
+fn usual_range(
+    tuned: &TunedKey,
+    known: &[&Case],
+    template: &Template,
+) -> Result<([f64; 2], &'static str), String> {
+    let base = template.base();
+    let key = tuned.key.key;
     if is_gain(&tuned.key) {
-        let values = known.iter().filter_map(|case| bare.of(case));
-        let values: Vec<f64> = values
-            .filter(|value| *value > 0.0 && value.is_finite())
-            .collect();
-        let least = values.iter().copied().reduce(f64::min);
-        let most = values.iter().copied().reduce(f64::max);
-        if let (Some(least), Some(most)) = (least, most) {
+        let values = known.iter().filter_map(|case| number_of(tuned, case));
+        let values = values.filter(|value| *value > 0.0 && value.is_finite());
+        let least = values.clone().reduce(f64::min);
+        if let (Some(least), Some(most)) = (least, values.reduce(f64::max)) {
             let origin = "an eighth to eight times the file's value and that of the largest K_i";
-            return found([least / AROUND_GAIN, most * AROUND_GAIN], origin);
+            return Ok(([least / AROUND_GAIN, most * AROUND_GAIN], origin));
         }
     }
     if is_feed_forward(key) {
-        let of_plant = bare
-            .of(&with_plant(base))
-            .filter(|of_plant| *of_plant > 0.0);
-        let Some(of_plant) = of_plant else {
-            return Err(format!(
-                "{} has no range: the plant asks for none of it; give one in [tune.range]",
-                tuned.path()
-            ));
-        };
-        return found(
-            [0.0, MOST_OF_PLANT * of_plant],
-            "up to 1.5 times the plant's value",
-        );
+        let origin = "up to 1.5 times the plant's value";
+        let of_plant = number_of(tuned, &with_plant(base)).filter(|of_plant| *of_plant > 0.0);
+        let range = of_plant.map(|of_plant| ([0.0, MOST_OF_PLANT * of_plant], origin));
+        return range.ok_or_else(|| {
+            let path = tuned.path();
+            format!("{path} has no range: the plant asks for none of it; give one in [tune.range]")
+        });
     }
     if key.name == "derivative_filter_s"
         && let Some(period_ns) = base.controller.sample_time_ns
     {
-        return found(
-            [0.0, LONGEST_FILTER * number::seconds(period_ns)],
-            "up to ten sample times",
-        );
+        let longest_s = LONGEST_FILTER * number::seconds(period_ns);
+        return Ok(([0.0, longest_s], "up to ten sample times"));
     }
-    let own = bare.of(base).or_else(|| template.own_number(&tuned.key));
-    match own.filter(|own| *own > 0.0) {
-        Some(own) => found(
-            [own / AROUND_VALUE, own * AROUND_VALUE],
-            "half to twice the file's value",
-        ),
-        None => Err(format!(
-            "{} has no range and no value in the file to go by; give one in [tune.range]",
-            tuned.path()
-        )),
-    }
+    let own = number_of(tuned, base).or_else(|| template.own_number(&tuned.key));
+    let origin = "half to twice the file's value";
+    let own = own.filter(|own| *own > 0.0);
+    let range = own.map(|own| ([own / AROUND_VALUE, own * AROUND_VALUE], origin));
+    range.ok_or_else(|| {
+        let path = tuned.path();
+        format!("{path} has no range and no value in the file to go by; give one in [tune.range]")
+    })
 }
 
 /// True of a positive quantity whose ratios count: times and limits.
@@ -371,70 +311,43 @@ fn within(kind: Kind, [low, high]: [f64; 2]) -> [f64; 2] {
 /// The case with all feed-forward from the plant, in numbers.
 fn with_plant(base: &Case) -> Case {
     let mut case = base.clone();
-    let all = [FeedForwardGain::Plant; 3];
-    let [velocity_s, acceleration_s2, friction_codes] = all;
     case.options.law.feed_forward = FeedForward {
-        velocity_s,
-        acceleration_s2,
-        friction_codes,
+        velocity_s: FeedForwardGain::Plant,
+        acceleration_s2: FeedForwardGain::Plant,
+        friction_codes: FeedForwardGain::Plant,
     };
-    let [velocity_s, acceleration_s2, friction_codes] =
-        case.feed_forward().map(FeedForwardGain::Given);
-    case.options.law.feed_forward = FeedForward {
-        velocity_s,
-        acceleration_s2,
-        friction_codes,
-    };
+    case.options.law.feed_forward = feed_forward(&case);
     case
-}
-
-/// A rule, and the case with its gains, or why it has none.
-struct Rule {
-    name: &'static str,
-    source: &'static str,
-    case: Result<Case, String>,
 }
 
 /// The starts: the file's own setting, then each rule's gains; where some feed-forward is
 /// tuned with the plant's, and the file's own setting once more with it.
-fn rows(base: &Case, variables: &[Variable], rules: Vec<Rule>) -> Vec<StartRow> {
-    const OWN: &str = "as in the file";
+fn rows(base: &Case, variables: &[Variable], rules: Vec<Start<Case>>) -> Vec<Start<Vec<f64>>> {
+    let own = Start {
+        name: "as in the file".to_owned(),
+        source: "",
+        with: Ok(base.clone()),
+    };
     // A start outside of a range begins at its end.
     let within = |variable: &Variable, case: &Case| {
         let value = variable.of(case).unwrap_or(0.0);
         variable.within(value)
     };
     // The file's own setting is what it is, whatever the ranges are.
-    let own = |variable: &Variable| {
+    let as_it_is = |variable: &Variable| {
         let value = variable.of(base);
         value.unwrap_or_else(|| within(variable, base))
     };
-    let mut rows = vec![StartRow {
-        name: OWN.to_owned(),
-        source: String::new(),
-        values: Ok(variables.iter().map(own).collect()),
-    }];
-    let mut variables_ahead = variables.iter().map(|variable| variable.tuned.key.key);
-    let ahead = variables_ahead.any(is_feed_forward);
-    let once_more = ahead.then(|| Rule {
-        name: OWN,
-        source: "",
-        case: Ok(base.clone()),
+    let first = (own.clone()).map(|_| variables.iter().map(as_it_is).collect());
+    let mut keys = variables.iter().map(|variable| variable.tuned.key.key);
+    let ahead = keys.any(is_feed_forward);
+    let once_more = ahead.then_some(own);
+    let others = once_more.into_iter().chain(rules).map(|mut start| {
+        if ahead {
+            start.name += ", plant's ff";
+            start = start.map(|case| with_plant(&case));
+        }
+        start.map(|case| variables.iter().map(|of| within(of, &case)).collect())
     });
-    for Rule { name, source, case } in once_more.into_iter().chain(rules) {
-        let (name, case) = match ahead {
-            true => (
-                format!("{name}, plant's ff"),
-                case.map(|case| with_plant(&case)),
-            ),
-            false => (name.to_owned(), case),
-        };
-        let values = |case: &Case| variables.iter().map(|of| within(of, case)).collect();
-        rows.push(StartRow {
-            name,
-            source: source.to_owned(),
-            values: case.as_ref().map(values).map_err(Clone::clone),
-        });
-    }
-    rows
+    core::iter::once(first).chain(others).collect()
 }

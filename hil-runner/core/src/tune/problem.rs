@@ -9,7 +9,7 @@
 //! the other, whatever their units and limits are.
 
 use super::cma::Judged;
-use super::variable::{Variable, put};
+use super::variable::{Span, Variable};
 use crate::case::Case;
 use crate::controllers::scaling_request;
 use crate::error::RunError;
@@ -17,7 +17,7 @@ use crate::figures;
 use crate::options::{FeedForward, FeedForwardGain};
 use crate::quantise::key;
 use crate::runfile::tune_settings::{Bound, Requirement};
-use crate::runfile::{KeyPath, KeyValue, Template};
+use crate::runfile::{KeyPath, KeyValue, Kind, Template, Value};
 use crate::summary::Summary;
 use crate::theory::{FamilyKey, JOINT_STATES, LoopFigures, LoopGains, Loops};
 
@@ -150,13 +150,9 @@ impl Problem {
     /// The sentence that says which axis makes no run, or has no figure that a requirement
     /// goes by. Gains that the firmware refuses may be mended.
     pub fn run_before(&mut self, run: &mut Runner<'_>) -> Result<(), String> {
-        let mut goes_by = self
-            .requirements
-            .iter()
-            .filter(|of| of.bound == Bound::OfBefore);
         let corners = self.corners.iter();
         let cases: Vec<Case> = corners.map(|corner| corner.case.clone()).collect();
-        let mut made = Vec::new();
+        let mut made: Vec<Summary> = Vec::new();
         for (corner, result) in self.corners.iter().zip(run(&cases)) {
             match result {
                 Ok(summary) => made.push(summary),
@@ -164,20 +160,17 @@ impl Problem {
                 Err(error) => return Err(format!("{}: {error}", corner.label)),
             }
         }
+        self.before = made;
         let has = |figure| {
-            let known = made
-                .iter()
-                .filter(|of: &&Summary| of.figure(figure).is_some());
+            let known = self.before.iter().filter_map(|of| of.figure(figure));
             known.count() == cases.len()
         };
-        match goes_by.find(|required| !has(required.figure)) {
+        let mut goes_by = self.requirements.iter();
+        match goes_by.find(|of| of.bound == Bound::OfBefore && !has(of.figure)) {
             Some(Requirement { figure, .. }) => Err(format!(
                 "tune.require has {figure} <= before, and the file's own setting has no {figure}"
             )),
-            None => {
-                self.before = made;
-                Ok(())
-            }
+            None => Ok(()),
         }
     }
 
@@ -206,20 +199,50 @@ impl Problem {
     /// The file's own case with values of the variables; none where they make no run.
     pub fn tuned(&self, values: &[f64]) -> Option<Case> {
         let mut case = self.corners.first()?.case.clone();
-        if !put(&self.variables, values, &mut case) {
+        if !self.put(values, &mut case) {
             let changes = self.changes(values);
-            let read = self
-                .template
-                .case(changes.iter().map(|(key, value)| (key, value)));
-            case = read.ok()?;
+            let changes = changes.iter().map(|(key, value)| (key, value));
+            case = self.template.case(changes).ok()?;
             case.run.events = false;
         }
         Some(case)
     }
 
-    /// The values as a file gives them.
+    /// Puts values into a case; false if one of them needs the whole file to be read.
+    fn put(&self, values: &[f64], case: &mut Case) -> bool {
+        self.variables.iter().zip(values).all(|(variable, &value)| {
+            let key = variable.tuned.key;
+            let value = match (variable.span, key.key.kind) {
+                // A motion is planned from all of its keys.
+                _ if key.section == "motion" => None,
+                (Span::Words(words), _) => {
+                    words.get(value as usize).map(|word| Value::Choice(word))
+                }
+                (_, Kind::Number(_) | Kind::NumberOrWord(..)) => Some(Value::Number(value)),
+                _ => None,
+            };
+            value.is_some_and(|value| key.put(case, value))
+        })
+    }
+
+    /// The values as a file gives them: of a list with a tuned place the whole list.
     pub fn changes(&self, values: &[f64]) -> Vec<(KeyPath, KeyValue)> {
-        super::variable::changes(&self.variables, values, self.template.base())
+        let mut changes: Vec<(KeyPath, KeyValue)> = Vec::new();
+        let motion = &self.template.base().motion;
+        let mut intervals_s = motion.intervals_s().unwrap_or_default();
+        for (variable, &value) in self.variables.iter().zip(values) {
+            let key = variable.tuned.key;
+            let Some(element) = variable.tuned.element else {
+                changes.push((key, variable.key_value(value)));
+                continue;
+            };
+            if let Some(place) = intervals_s.get_mut(element - 1) {
+                *place = value;
+            }
+            changes.retain(|(known, _)| known.path() != key.path());
+            changes.push((key, KeyValue::Toml(format!("{intervals_s:?}"))));
+        }
+        changes
     }
 
     /// Looks at settings: margins first, then the runs of all that miss none of them by more
@@ -229,14 +252,11 @@ impl Problem {
         let mut prepared = Vec::with_capacity(settings.len());
         for values in settings {
             let first = cases.len();
-            let (loops, of_setting) = match self.loops(&values) {
-                Some((loops, of_setting)) => (Some(loops), of_setting),
-                None => (None, Vec::new()),
-            };
-            let of_loops = |figure: &str| loops?.figure(figure);
+            let (loops, of_setting) = self.loops(&values).unzip();
+            let of_loops = |figure: &str| worst_loop(loops.as_deref()?, figure);
             let missed = self.missed(&self.of_figures(of_loops, |_| None), false);
             if missed.iter().all(|missed| *missed <= most) {
-                cases.extend(of_setting);
+                cases.extend(of_setting.into_iter().flatten());
             }
             prepared.push((values, loops, first..cases.len()));
         }
@@ -246,7 +266,7 @@ impl Problem {
             let summaries: Option<Vec<&Summary>> =
                 made.iter().map(|made| made.as_ref().ok()).collect();
             let worst = |figure: &str| match is_of_loop(figure) {
-                true => loops?.figure(figure),
+                true => worst_loop(loops.as_deref()?, figure),
                 false => worst_of(summaries.as_deref()?, figure),
             };
             let of_before = |figure: &str| self.of_before(summaries.as_deref()?, figure);
@@ -281,9 +301,9 @@ impl Problem {
         parts?.into_iter().reduce(f64::max)
     }
 
-    /// The worst of the figures of the loops over all corners, of the gains in fixed point,
-    /// and the cases; none where the firmware refuses one of them.
-    fn loops(&mut self, values: &[f64]) -> Option<(LoopFigures, Vec<Case>)> {
+    /// Figures of the loops of every corner, of the gains in fixed point, and the cases; none
+    /// where the firmware refuses one of them.
+    fn loops(&mut self, values: &[f64]) -> Option<(Vec<LoopFigures>, Vec<Case>)> {
         let tuned = self.tuned(values)?;
         let mut of_corners: Vec<LoopFigures> = Vec::with_capacity(self.corners.len());
         let mut cases = Vec::with_capacity(self.corners.len());
@@ -296,10 +316,7 @@ impl Problem {
             of_corners.push(here);
             cases.push(case);
         }
-        let worst = of_corners
-            .into_iter()
-            .reduce(|worst, here| worst.worse(&here));
-        Some((worst?, cases))
+        Some((of_corners, cases))
     }
 
     /// Judges a setting by its figures, in the order of [`Problem::figures`], of which those
@@ -325,41 +342,54 @@ impl Problem {
 
     /// By how much each requirement is missed; those of runs only where these were made.
     fn missed(&self, figures: &[Option<f64>], of_runs: bool) -> Vec<f64> {
-        let of_requirements = figures.iter().skip(self.aims.len());
+        let values = figures.iter().skip(self.aims.len());
         let of = |(required, value): (&Requirement, &Option<f64>)| match value {
             Some(value) => (-required.left(*value)).max(0.0),
             None if of_runs || is_of_loop(required.figure) => MISSING,
             None => 0.0,
         };
-        self.requirements
-            .iter()
-            .zip(of_requirements)
-            .map(of)
-            .collect()
+        self.requirements.iter().zip(values).map(of).collect()
     }
 }
 
 /// An axis with the controller of another: it does not know which axis it moves, so that its
 /// gains stay in codes and counts, whatever drive or mass it meets.
 pub fn with_controller_of(axis: &Case, tuned: &Case) -> Case {
-    let [velocity_s, acceleration_s2, friction_codes] =
-        tuned.feed_forward().map(FeedForwardGain::Given);
     let mut case = axis.clone();
     case.controller = tuned.controller;
     case.options = tuned.options;
-    case.options.law.feed_forward = FeedForward {
+    case.options.law.feed_forward = feed_forward(tuned);
+    case.motion = tuned.motion.clone();
+    case
+}
+
+/// The feed-forward of a case in numbers.
+pub(super) fn feed_forward(case: &Case) -> FeedForward {
+    let [velocity_s, acceleration_s2, friction_codes] =
+        case.feed_forward().map(FeedForwardGain::Given);
+    FeedForward {
         velocity_s,
         acceleration_s2,
         friction_codes,
-    };
-    case.motion = tuned.motion.clone();
-    case
+    }
 }
 
 /// True of two axes whose linear loops are the same with any controller.
 fn has_same_loops(a: &Case, b: &Case) -> bool {
     let same = |joint| FamilyKey::of(a, joint) == FamilyKey::of(b, joint);
     JOINT_STATES.into_iter().all(same) && LoopGains::of(a) == LoopGains::of(b)
+}
+
+/// The least of a figure over the loops that have its state of the joint; none where one of
+/// them has no such figure.
+fn worst_loop(loops: &[LoopFigures], figure: &str) -> Option<f64> {
+    let margin = |of: &&LoopFigures| match figure.contains("_gap") {
+        true => of.modulus_margin_gap,
+        false => of.modulus_margin_contact,
+    };
+    let with_state = loops.iter().filter(|of| margin(of).is_some());
+    let values: Option<Vec<f64>> = with_state.map(|of| of.figure(figure)).collect();
+    values?.into_iter().reduce(f64::min)
 }
 
 /// The largest magnitude of a figure of some runs.

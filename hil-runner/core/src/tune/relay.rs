@@ -42,16 +42,9 @@ const ALIKE: f64 = 0.05;
 /// The sentence that says why there is none.
 pub fn oscillation(case: &Case) -> Result<Oscillation, String> {
     let none = || "a relay makes no lasting oscillation of this axis".to_owned();
-    let period_ns = case.controller.sample_time_ns.ok_or_else(none)?;
-    let delay_ns = case
-        .controller
-        .computation_delay
-        .fixed_ns()
-        .unwrap_or(period_ns);
-    let limit = case
-        .amplifier
-        .voltage_limit_v
-        .min(case.amplifier.current_limit_a().unwrap_or(f64::INFINITY));
+    let [period_ns, delay_ns] = timing_ns(case).ok_or_else(none)?;
+    let limit_a = case.amplifier.current_limit_a().unwrap_or(f64::INFINITY);
+    let limit = case.amplifier.voltage_limit_v.min(limit_a);
     let of_amplifier = limit / (case.amplifier.gain * case.dac.step_v);
     let size = (PART * of_amplifier.min(f64::from(case.dac.code_max())))
         .max(1.0)
@@ -88,6 +81,13 @@ pub fn oscillation(case: &Case) -> Result<Oscillation, String> {
         in_force = code;
     }
     Err(none())
+}
+
+/// The sample time and the delay, a whole sample where it is not known \[ns\].
+pub(super) fn timing_ns(case: &Case) -> Option<[u64; 2]> {
+    let period_ns = case.controller.sample_time_ns?;
+    let delay_ns = case.controller.computation_delay.fixed_ns();
+    Some([period_ns, delay_ns.unwrap_or(period_ns)])
 }
 
 /// The oscillation, once the last periods agree.

@@ -6,8 +6,8 @@
 //! goes on where it ended.
 
 use super::archive::unbeaten;
-use super::cma::{Cma, Judged, Leg, Restarts, default_population, rank};
-use super::problem::{NEARLY, Problem, Seen};
+use super::cma::{Cma, Judged, Restarts, default_population, rank};
+use super::problem::{Aim, NEARLY, Problem, Seen};
 use super::variable::{Span, Variable};
 
 /// Looks at settings, each with the values of all variables; those that miss a margin by
@@ -84,25 +84,24 @@ pub fn probes(problem: &Problem, starts: &[Seen]) -> Vec<Vec<f64>> {
 /// The sentence about a key that moves none of the figures, or an aim that no key moves.
 pub fn idle(problem: &Problem, starts: &[Seen], probed: &[Seen]) -> Option<String> {
     let from = starts.iter().find(|seen| seen.runs > 0)?;
-    for (variable, seen) in problem.variables.iter().zip(probed) {
-        if seen.runs > 0 && seen.figures == from.figures {
-            let path = variable.path();
-            return Some(format!(
-                "tune.keys has {path}, which moves none of the figures that are asked for: it does not \
-                 act on this case"
-            ));
-        }
+    let pairs = problem.variables.iter().zip(probed);
+    let made: Vec<(&Variable, &Seen)> = pairs.filter(|(_, seen)| seen.runs > 0).collect();
+    if let Some((variable, _)) = made.iter().find(|(_, seen)| seen.figures == from.figures) {
+        return Some(format!(
+            "tune.keys has {}, which moves none of the figures that are asked for: it does not act \
+             on this case",
+            variable.path()
+        ));
     }
-    let made: Vec<&Seen> = probed.iter().filter(|seen| seen.runs > 0).collect();
     let stands = |place: usize| {
-        made.iter()
-            .all(|seen| seen.figures[place] == from.figures[place])
+        let mut seen = made.iter().map(|(_, seen)| seen.figures[place]);
+        seen.all(|figure| figure == from.figures[place])
     };
     let mut aims = problem.aims.iter().enumerate();
     let (_, aim) = aims.find(|(place, _)| !made.is_empty() && stands(*place))?;
+    let figure = aim.figure;
     Some(format!(
-        "tune.minimise has {}, which no key of tune.keys moves",
-        aim.figure
+        "tune.minimise has {figure}, which no key of tune.keys moves"
     ))
 }
 
@@ -166,12 +165,11 @@ pub fn search<E>(
 
     let from = best_of(&archive).unwrap_or(&first).clone();
     let best = descend(problem, &from, &mut archive, look)?;
-    let of_leg = |leg: &Leg| {
-        let (units, _) = leg.best.as_ref()?;
+    let end = |(units, _): &(Vec<f64>, Judged)| {
         let values = problem.values(units);
         archive.iter().find(|seen| seen.values == values).cloned()
     };
-    let ends = restarts.legs().filter_map(of_leg).collect();
+    let ends = restarts.bests().filter_map(end).collect();
     let sides = sides(problem, &best, look)?;
     Ok(Found {
         best,
@@ -261,7 +259,7 @@ fn widest_gap(problem: &Problem, archive: &[Seen], searched: &[[Vec<f64>; 2]]) -
 /// A setting judged with another share of the first aim's weight in the sum of all.
 fn reweighted(problem: &Problem, seen: &Seen, share: f64) -> Judged {
     let first = problem.aims.first().map(|aim| aim.figure);
-    let weight = |aim: &super::problem::Aim| match Some(aim.figure) == first {
+    let weight = |aim: &Aim| match Some(aim.figure) == first {
         true => 2.0 * share * aim.weight,
         false => 2.0 * (1.0 - share) * aim.weight,
     };
@@ -289,9 +287,13 @@ fn descend<E>(
     let mut next = roundings(problem, &from.values);
     let mut at: Option<Seen> = None;
     for _ in 0..MOST_DESCENTS {
-        next.retain(|values| !tried.contains(values));
-        tried.extend(next.iter().cloned());
-        let seen = look(problem, next, NEARLY)?;
+        let known = tried.len();
+        for values in next {
+            if !tried.contains(&values) {
+                tried.push(values);
+            }
+        }
+        let seen = look(problem, tried[known..].to_vec(), NEARLY)?;
         archive.extend(seen.iter().cloned());
         let better = best_of(&seen).filter(|found| {
             let known = at.as_ref().map(Seen::judged);
@@ -315,24 +317,15 @@ fn roundings(problem: &Problem, values: &[f64]) -> Vec<Vec<f64>> {
     let other: Vec<f64> = (problem.variables.iter().zip(&nearest).zip(values))
         .map(|((variable, near), value)| variable.stepped(*near, if near > value { -1 } else { 1 }))
         .collect();
-    let ways = 1_u32 << nearest.len().min(MOST_ROUNDED);
+    let rounded = nearest.len().min(MOST_ROUNDED);
     let way = |bits: u32| {
-        let both = nearest.iter().zip(&other).enumerate();
-        let chosen = both.map(
-            |(i, (near, other))| match i < MOST_ROUNDED && bits >> i & 1 == 1 {
-                true => *other,
-                false => *near,
-            },
-        );
-        chosen.collect::<Vec<f64>>()
-    };
-    let mut all: Vec<Vec<f64>> = Vec::new();
-    for values in (0..ways).map(way) {
-        if !all.contains(&values) {
-            all.push(values);
+        let mut values = nearest.clone();
+        for i in (0..rounded).filter(|i| bits >> i & 1 == 1) {
+            values[i] = other[i];
         }
-    }
-    all
+        values
+    };
+    (0..1 << rounded).map(way).collect()
 }
 
 /// One or three units of the last digit of one variable, one of two.
@@ -349,11 +342,5 @@ fn neighbours(problem: &Problem, values: &[f64]) -> Vec<Vec<f64>> {
     let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
     let signs = [(-1, -1), (-1, 1), (1, -1), (1, 1)];
     let pairs = pairs.flat_map(|(i, j)| signs.map(|(a, b)| moved(&[(i, a), (j, b)])));
-    let mut all: Vec<Vec<f64>> = Vec::new();
-    for values in single.chain(pairs) {
-        if !all.contains(&values) {
-            all.push(values);
-        }
-    }
-    all
+    single.chain(pairs).collect()
 }

@@ -2,53 +2,51 @@
 
 use plant::{Control, PidGains};
 
-use super::relay::{Oscillation, oscillation};
+use super::relay::{Oscillation, oscillation, timing_ns};
 use crate::case::{CascadeGains, Case};
 use crate::number::seconds;
 use crate::theory::{JointState, LoopFamily, LoopGains, no_loop};
 
-/// A rule and its gains.
+/// A start of a search: the gains of a rule, or all values.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Start {
+pub struct Start<T> {
     /// Its name.
-    pub name: &'static str,
-    /// Who gave it.
+    pub name: String,
+    /// Who gave it; empty of the file's own.
     pub source: &'static str,
-    /// Gains in codes per count, or the sentence that says why it has none for this axis.
-    pub gains: Result<PidGains, String>,
+    /// What it begins with, or the sentence that says why it has none for this axis.
+    pub with: Result<T, String>,
 }
 
-/// The rules for a case with a sample time; `least` are the modulus margins that are required
-/// in contact and in the gap.
-pub fn starts(case: &Case, least: [Option<f64>; 2]) -> Vec<Start> {
+impl<T> Start<T> {
+    /// The same with something made of what it begins with.
+    pub(super) fn map<U>(self, make: impl FnOnce(T) -> U) -> Start<U> {
+        Start {
+            name: self.name,
+            source: self.source,
+            with: self.with.map(make),
+        }
+    }
+}
+
+/// The rules for a case with a sample time, each with gains in codes per count; `least` are
+/// the modulus margins that are required in contact and in the gap.
+pub fn starts(case: &Case, least: [Option<f64>; 2]) -> Vec<Start<PidGains>> {
+    let start = |name: &str, source, with| Start {
+        name: name.to_owned(),
+        source,
+        with,
+    };
+    let [astrom, kessler, ziegler] = [
+        "Åström, Panagopoulos and Hägglund 1998",
+        "Kessler 1958",
+        "Åström and Hägglund 1984, Ziegler and Nichols 1942",
+    ];
     vec![
-        Start {
-            name: "largest K_i",
-            source: "Åström, Panagopoulos and Hägglund 1998",
-            gains: largest_ki(case, least),
-        },
-        Start {
-            name: "symmetric optimum",
-            source: "Kessler 1958",
-            gains: symmetric_optimum(case),
-        },
-        Start {
-            name: "relay",
-            source: "Åström and Hägglund 1984, Ziegler and Nichols 1942",
-            gains: oscillation(case).map(ziegler_nichols),
-        },
+        start("largest K_i", astrom, largest_ki(case, least)),
+        start("symmetric optimum", kessler, symmetric_optimum(case)),
+        start("relay", ziegler, oscillation(case).map(ziegler_nichols)),
     ]
-}
-
-/// The sample time and the delay \[s\].
-fn timing_s(case: &Case) -> Option<[f64; 2]> {
-    let period_ns = case.controller.sample_time_ns?;
-    let delay_ns = case
-        .controller
-        .computation_delay
-        .fixed_ns()
-        .unwrap_or(period_ns);
-    Some([seconds(period_ns), seconds(delay_ns)])
 }
 
 /// Gains per radian of the motor in codes per count.
@@ -79,7 +77,7 @@ fn largest_ki(case: &Case, least: [Option<f64>; 2]) -> Result<PidGains, String> 
     let contact = LoopFamily::of(case, JointState::Contact).ok_or_else(none)?;
     let has_gap = no_loop(case, JointState::Gap).is_none();
     let gap = LoopFamily::of(case, JointState::Gap).filter(|_| has_gap);
-    let [period_s, delay_s] = timing_s(case).ok_or_else(none)?;
+    let [period_s, delay_s] = timing_ns(case).ok_or_else(none)?.map(seconds);
     let gains = |[crossover, lead, reset]: Shape| {
         let unit = LoopGains {
             kp_v_per_rad: 1.0,
@@ -89,17 +87,15 @@ fn largest_ki(case: &Case, least: [Option<f64>; 2]) -> Result<PidGains, String> 
         };
         unit.times(1.0 / contact.at(&unit, crossover * period_s).norm_sqr().sqrt())
     };
-    let kept = |family: &LoopFamily, gains: &LoopGains, least: Option<f64>| {
-        let least = least.unwrap_or(0.0);
-        family.signed_modulus(gains) >= least
-    };
+    let [least_contact, least_gap] = least.map(|least| least.unwrap_or(0.0));
     // K_i where the margins are kept.
     let worth = |shape: Shape| -> Option<f64> {
         let gains = gains(shape);
-        let ok = kept(&contact, &gains, least[0])
-            && gap.as_ref().is_none_or(|gap| kept(gap, &gains, least[1]));
-        ok.then_some(gains.ki_v_per_rads)
-            .filter(|ki| ki.is_finite())
+        let kept = |family: &LoopFamily, least| family.signed_modulus(&gains) >= least;
+        let ki = gains.ki_v_per_rads;
+        let is_kept =
+            kept(&contact, least_contact) && gap.as_ref().is_none_or(|gap| kept(gap, least_gap));
+        (is_kept && ki.is_finite()).then_some(ki)
     };
     let fastest = 1.0 / (0.5 * period_s + delay_s);
     let mut best: Option<(f64, Shape)> = None;
@@ -156,7 +152,9 @@ fn largest_ki(case: &Case, least: [Option<f64>; 2]) -> Result<PidGains, String> 
 /// current drive   the velocity loop's k = J/(2·k_m·T_Σ), k_v = 1/(8·T_Σ) around it
 /// ```
 fn symmetric_optimum(case: &Case) -> Result<PidGains, String> {
-    let [period_s, delay_s] = timing_s(case).ok_or("there is no sample time")?;
+    let [period_s, delay_s] = timing_ns(case)
+        .ok_or("there is no sample time")?
+        .map(seconds);
     let (motor, gear) = (&case.axis.motor, &case.axis.transmission);
     let (z, p) = (gear.gear_ratio, gear.screw_pitch_m_per_rad);
     let (r, km) = (motor.resistance_ohm, motor.torque_constant_nm_per_a);
@@ -264,7 +262,7 @@ mod tests {
         ] {
             let case = case("paper-2", sets);
             for start in starts(&case, [Some(0.5), Some(0.3)]) {
-                match start.gains {
+                match start.with {
                     Ok(gains) => {
                         let all = [gains.kp, gains.ki_per_s, gains.kd_s];
                         assert!(

@@ -3,7 +3,7 @@
 
 use crate::case::Case;
 use crate::runfile::tune_settings::TunedKey;
-use crate::runfile::{Key, KeyPath, KeyValue, Kind, Value};
+use crate::runfile::{Key, KeyPath, KeyValue, Value};
 
 /// A tuned key with its range.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,7 +13,7 @@ pub struct Variable {
     /// Values between which it is looked for.
     pub span: Span,
     /// Where the range comes from, in words; empty where the file gives it.
-    pub origin: String,
+    pub origin: &'static str,
 }
 
 /// The values of a variable.
@@ -38,8 +38,8 @@ pub enum Span {
 }
 
 /// Significant digits of a tuned gain, and of a feed-forward, of which a per cent counts.
-const DIGITS: usize = 3;
-const DIGITS_OF_FEED_FORWARD: usize = 4;
+const DIGITS: i32 = 3;
+const DIGITS_OF_FEED_FORWARD: i32 = 4;
 
 impl Variable {
     /// Its path in a file.
@@ -80,16 +80,12 @@ impl Variable {
 
     /// The value that a case has.
     pub fn of(&self, case: &Case) -> Option<f64> {
-        if let Some(element) = self.tuned.element {
-            let intervals_s = case.motion.intervals_s()?;
-            return intervals_s.get(element - 1).copied();
-        }
-        match (self.span, self.tuned.key.key.get(case)?) {
-            (Span::Words(words), Value::Choice(word)) => {
+        match (self.span, self.tuned.key.key.get(case)) {
+            (Span::Words(words), Some(Value::Choice(word))) => {
                 let place = words.iter().position(|known| *known == word)?;
                 Some(place as f64)
             }
-            (_, value) => value.number(),
+            _ => number_of(&self.tuned, case),
         }
     }
 
@@ -121,28 +117,27 @@ impl Variable {
             return value;
         }
         // A decimal of no size is told from 0 by the range alone.
-        let size = if value == 0.0 {
-            1e-3 * high.abs()
-        } else {
-            value.abs()
+        let size = match value == 0.0 {
+            true => 1e-3 * high.abs(),
+            false => value.abs(),
         };
-        let exponent = libm::floor(libm::log10(size)) as i32 - (self.digits() as i32 - 1);
-        let unit = decimal(1.0, exponent);
-        let count = libm::round(value / unit) + f64::from(steps);
-        let stepped = decimal(count, exponent);
-        match stepped {
-            // The ends themselves may have more digits.
-            below if below < low => low,
-            above if above > high => high,
-            inside => inside,
-        }
-    }
-
-    fn digits(&self) -> usize {
-        match is_feed_forward(self.tuned.key.key) {
+        let digits = match is_feed_forward(self.tuned.key.key) {
             true => DIGITS_OF_FEED_FORWARD,
             false => DIGITS,
-        }
+        };
+        let exponent = libm::floor(libm::log10(size)) as i32 - (digits - 1);
+        let unit = decimal(1.0, exponent);
+        let count = libm::round(value / unit) + f64::from(steps);
+        // The ends themselves may have more digits.
+        decimal(count, exponent).clamp(low, high)
+    }
+}
+
+/// The number that a case has of a tuned key.
+pub(super) fn number_of(tuned: &TunedKey, case: &Case) -> Option<f64> {
+    match tuned.element {
+        Some(element) => case.motion.intervals_s()?.get(element - 1).copied(),
+        None => tuned.key.key.get(case)?.number(),
     }
 }
 
@@ -163,43 +158,4 @@ pub(super) fn is_feed_forward(key: &Key) -> bool {
 pub(super) fn is_gain(key: &KeyPath) -> bool {
     let ways = key.ways();
     key.section == "controller" && ways.iter().any(|way| way.contains(&key.key.name))
-}
-
-/// Puts values into a case; false if one of them needs the whole file to be read.
-pub(super) fn put(variables: &[Variable], values: &[f64], case: &mut Case) -> bool {
-    variables.iter().zip(values).all(|(variable, &value)| {
-        // A motion is planned from all of its keys.
-        if variable.tuned.key.section == "motion" {
-            return false;
-        }
-        let value = match (variable.span, variable.tuned.key.key.kind) {
-            (Span::Words(words), _) => words.get(value as usize).map(|word| Value::Choice(word)),
-            (_, Kind::Number(_) | Kind::NumberOrWord(..)) => Some(Value::Number(value)),
-            _ => None,
-        };
-        value.is_some_and(|value| variable.tuned.key.put(case, value))
-    })
-}
-
-/// The values as a file gives them: of a list with a tuned place the whole list.
-pub(super) fn changes(
-    variables: &[Variable],
-    values: &[f64],
-    base: &Case,
-) -> Vec<(KeyPath, KeyValue)> {
-    let mut changes: Vec<(KeyPath, KeyValue)> = Vec::new();
-    let mut intervals_s = base.motion.intervals_s().unwrap_or_default();
-    for (variable, &value) in variables.iter().zip(values) {
-        let key = variable.tuned.key;
-        let Some(element) = variable.tuned.element else {
-            changes.push((key, variable.key_value(value)));
-            continue;
-        };
-        if let Some(place) = intervals_s.get_mut(element - 1) {
-            *place = value;
-        }
-        changes.retain(|(known, _)| known.path() != key.path());
-        changes.push((key, KeyValue::Toml(format!("{intervals_s:?}"))));
-    }
-    changes
 }

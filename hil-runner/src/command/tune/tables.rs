@@ -117,7 +117,7 @@ fn keys_table(outcome: &TuneOutcome) -> String {
     for row in outcome.keys.iter().filter(|row| !row.origin.is_empty()) {
         match origins.iter_mut().find(|(origin, _)| *origin == row.origin) {
             Some((_, keys)) => keys.push(&row.key),
-            None => origins.push((&row.origin, vec![&row.key])),
+            None => origins.push((row.origin, vec![&row.key])),
         }
     }
     for (origin, keys) in origins {

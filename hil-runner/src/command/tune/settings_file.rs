@@ -10,17 +10,17 @@
 
 use std::collections::VecDeque;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use hil_core::tune::problem::{Problem, Seen};
 
 /// Name of the file.
-pub const SETTINGS: &str = "settings.csv";
+const SETTINGS: &str = "settings.csv";
 
 /// A file that cannot be gone on with.
 #[derive(Debug, thiserror::Error)]
-pub enum SettingsError {
+pub(super) enum SettingsError {
     /// It cannot be read or written.
     #[error("{}: {error}", .path.display())]
     Io {
@@ -50,7 +50,7 @@ type Line = (Vec<f64>, Vec<Option<f64>>, u64);
 
 /// The settings of a tune.
 #[derive(Debug)]
-pub struct SettingsFile {
+pub(super) struct SettingsFile {
     path: PathBuf,
     file: File,
     known: VecDeque<Line>,
@@ -63,7 +63,11 @@ impl SettingsFile {
     ///
     /// # Errors
     /// [`SettingsError`].
-    pub fn open(folder: &Path, origin: &str, problem: &Problem) -> Result<Self, SettingsError> {
+    pub(super) fn open(
+        folder: &Path,
+        origin: &str,
+        problem: &Problem,
+    ) -> Result<Self, SettingsError> {
         let path = folder.join(SETTINGS);
         let io = |error| SettingsError::Io {
             path: path.clone(),
@@ -71,43 +75,31 @@ impl SettingsFile {
         };
         fs::create_dir_all(folder).map_err(io)?;
         let head = head(origin, problem);
-        let text = match fs::read(&path) {
-            Ok(bytes) => bytes,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
-            Err(error) => return Err(io(error)),
-        };
-        // A line without its end was cut off.
-        let whole = text
-            .iter()
-            .rposition(|&byte| byte == b'\n')
-            .map_or(0, |last| last + 1);
-        let (mut known, mut first) = (VecDeque::new(), head.lines().count() + 1);
-        let whole = if head.as_bytes().starts_with(&text) {
-            0
-        } else {
+        let mut options = OpenOptions::new();
+        options.create(true).read(true).write(true).truncate(false);
+        let mut file = options.open(&path).map_err(io)?;
+        let mut text = Vec::new();
+        file.read_to_end(&mut text).map_err(io)?;
+        let mut known = VecDeque::new();
+        let mut whole = 0;
+        if !head.as_bytes().starts_with(&text) {
+            // A line without its end was cut off.
+            let last = text.iter().rposition(|&byte| byte == b'\n');
+            whole = last.map_or(0, |last| last + 1);
             let lines = core::str::from_utf8(&text[..whole]).ok();
             let Some(lines) = lines.and_then(|text| text.strip_prefix(head.as_str())) else {
                 return Err(SettingsError::Other(path));
             };
-            for line in lines.lines() {
+            for (line, number) in lines.lines().zip(head.lines().count() + 1..) {
                 let setting = parse(line, problem);
-                let setting = setting.ok_or_else(|| SettingsError::Damaged {
+                known.push_back(setting.ok_or_else(|| SettingsError::Damaged {
                     path: path.clone(),
-                    line: first,
-                });
-                known.push_back(setting?);
-                first += 1;
+                    line: number,
+                })?);
             }
-            whole
-        };
-        let options = OpenOptions::new()
-            .create(true)
-            .write(true)
-            .truncate(false)
-            .open(&path);
-        let mut file = options.map_err(io)?;
+        }
         file.set_len(whole as u64).map_err(io)?;
-        io::Seek::seek(&mut file, io::SeekFrom::End(0)).map_err(io)?;
+        file.seek(SeekFrom::End(0)).map_err(io)?;
         if whole == 0 {
             file.write_all(head.as_bytes()).map_err(io)?;
         }
@@ -124,13 +116,13 @@ impl SettingsFile {
     ///
     /// # Errors
     /// [`SettingsError::Io`].
-    pub fn remove(&self) -> Result<(), SettingsError> {
+    pub(super) fn remove(&self) -> Result<(), SettingsError> {
         let path = self.path.clone();
         fs::remove_file(&path).map_err(|error| SettingsError::Io { path, error })
     }
 
     /// Settings that were there.
-    pub fn read(&self) -> usize {
+    pub(super) fn read(&self) -> usize {
         self.read
     }
 
@@ -139,7 +131,7 @@ impl SettingsFile {
     ///
     /// # Errors
     /// [`SettingsError`]; the file has what was looked at before.
-    pub fn look(
+    pub(super) fn look(
         &mut self,
         problem: &mut Problem,
         settings: Vec<Vec<f64>>,
