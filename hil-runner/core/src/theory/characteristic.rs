@@ -194,22 +194,21 @@ struct ClosedPolynomial {
 
 impl Characteristic {
     pub(crate) fn new(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
-        let pulse = PulseResponse::new(axis, period_s, delay_s);
         let z = Polynomial::new(&[1.0, 1.0]);
         // N(w) = present·z + past, and the gear between β and α.
-        let zeros = |pulse: &PulseResponse| {
+        let response = |shaft: Shaft| {
+            let pulse = PulseResponse::new(axis, shaft, period_s, delay_s);
             let zeros = pulse.present.times(&z).plus(&pulse.past);
-            zeros.scaled(1.0 / axis.gear_ratio)
+            (pulse, zeros.scaled(1.0 / axis.gear_ratio))
         };
-        let (motor, poles) = (zeros(&pulse), pulse.poles);
-        let screw = (axis.position_of == Shaft::Screw)
-            .then(|| zeros(&PulseResponse::of_screw(axis, period_s, delay_s)));
+        let (PulseResponse { poles, degree, .. }, motor) = response(Shaft::Motor);
+        let screw = (axis.position_of == Shaft::Screw).then(|| response(Shaft::Screw).1);
         Self {
             zeros: motor,
             screw_zeros: screw,
             poles,
             period_s,
-            degree: pulse.degree + 4,
+            degree: degree + 4,
             unfiltered: ClosedPolynomial::new(
                 [&screw.unwrap_or(motor), &motor],
                 &poles,

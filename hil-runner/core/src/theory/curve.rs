@@ -10,6 +10,8 @@
 //! only chords with a mark are searched, those of several curves side by side. [`refined`]
 //! chooses the frequencies: closer where the response bends.
 
+use core::ops::Range;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, f64x8};
 use nalgebra::Complex;
@@ -52,16 +54,16 @@ impl Default for Finds {
 }
 
 /// What is known of a run before anything is searched.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Run {
     /// The point nearest to −1: its frequency and squared distance.
     lowest: (f64, f64),
     stable: bool,
     /// |L| in the middle of the spectrum, where L is negative there.
     real_end: Option<f64>,
-    /// Numbers of zeros and minima up to those of this run.
-    zeros: usize,
-    minima: usize,
+    /// Places of its zeros and its minima among all.
+    zeros: Range<usize>,
+    minima: Range<usize>,
 }
 
 /// What there is to find in a block of chords: bit i for the one behind its point i.
@@ -170,6 +172,7 @@ impl Finds {
     /// Looks for a run's distance from −1 alone.
     pub(crate) fn add_modulus(&mut self, curve: &Curve<'_>) {
         let (run, minima) = (self.runs.len(), &mut self.minima);
+        let (first, zeros) = (minima.len(), self.zeros.len());
         let (level, blocks) = (self.level, &mut self.blocks);
         let lowest = fearless_simd::dispatch!(level, simd => look_over(simd, curve, blocks));
         let n = curve.re.len();
@@ -187,8 +190,8 @@ impl Finds {
             lowest: (curve.lowest(blocks, lowest), lowest),
             stable: false,
             real_end: None,
-            zeros: self.zeros.len(),
-            minima: self.minima.len(),
+            zeros: zeros..zeros,
+            minima: first..minima.len(),
         });
     }
 
@@ -208,7 +211,7 @@ impl Finds {
         let end = curve.re[curve.re.len() - 1];
         if let Some(run) = self.runs.last_mut() {
             run.stable = stable;
-            run.zeros = zeros.len();
+            run.zeros.end = zeros.len();
             run.real_end = (curve.ends_real && end < 0.0).then_some(-end);
         }
     }
@@ -220,44 +223,65 @@ impl Finds {
 
     /// Margins of every run, frequencies in the unit of its curve.
     pub(crate) fn margins(&self) -> Vec<Margin> {
-        let (mut zeros, mut minima) = (0, 0);
-        let margin = |run: &Run| {
-            let of_run = (
-                &self.zeros[zeros..run.zeros],
-                &self.minima[minima..run.minima],
-            );
-            (zeros, minima) = (run.zeros, run.minima);
-            Margin::of(run, of_run.0, of_run.1)
-        };
-        self.runs.iter().map(margin).collect()
+        self.runs.iter().map(|run| self.margin(run)).collect()
     }
 
     /// `min |1 + L|` of every run.
     pub(crate) fn moduli(&self) -> Vec<f64> {
-        let mut minima = 0;
-        let modulus = |run: &Run| {
-            let of_run = &self.minima[minima..run.minima];
-            minima = run.minima;
-            run.closest(of_run).1.sqrt()
+        let runs = self.runs.iter();
+        runs.map(|run| self.closest(run).1.sqrt()).collect()
+    }
+
+    /// Reads what was found of a run.
+    fn margin(&self, run: &Run) -> Margin {
+        let (weakest, distance) = self.closest(run);
+        let (mut crossover, mut phase): (Option<f64>, Option<f64>) = (None, None);
+        let mut bandwidth = None;
+        // The largest |L| below 1 where L is negative; 0 without any.
+        let mut magnitude = 0.0_f64;
+        let mut negative = |at: f64| {
+            if at < 1.0 {
+                magnitude = magnitude.max(at);
+            }
         };
-        self.runs.iter().map(modulus).collect()
+        for zero in &self.zeros[run.zeros.clone()] {
+            let (frequency, value) = zero.found;
+            match zero.border {
+                Border::UnitGain => {
+                    let falls = zero.ends[0].1.norm_sqr() >= 1.0;
+                    if falls && crossover.is_none() {
+                        crossover = Some(frequency);
+                    }
+                    // arg(−L): what turns L to −1.
+                    let lag = libm::atan2(-value.im, -value.re);
+                    if phase.is_none_or(|phase| lag.abs() < phase.abs()) {
+                        phase = Some(lag);
+                    }
+                }
+                Border::HalfPower => bandwidth = Some(frequency),
+                Border::RealAxis if value.re < -NOTHING => negative(-value.re),
+                Border::RealAxis => (),
+            }
+        }
+        run.real_end.into_iter().for_each(negative);
+        let stable = run.stable;
+        Margin {
+            stable,
+            modulus: distance.sqrt(),
+            weakest_radps: weakest,
+            phase_rad: phase.filter(|_| stable),
+            gain: (stable && magnitude > 0.0).then(|| 1.0 / magnitude),
+            crossover_radps: crossover,
+            bandwidth_radps: bandwidth,
+        }
     }
-}
 
-impl Run {
-    /// Frequency and value of the lowest of the minima, or of the points.
-    fn closest(&self, minima: &[Minimum]) -> (f64, f64) {
-        let minima = minima.iter().map(|minimum| minimum.found);
-        minima.fold(
-            self.lowest,
-            |least, here| if here.1 < least.1 { here } else { least },
-        )
+    /// Frequency and value of the lowest of a run's minima, or of its points.
+    fn closest(&self, run: &Run) -> (f64, f64) {
+        let minima = self.minima[run.minima.clone()].iter();
+        let found = minima.map(|minimum| minimum.found);
+        found.fold(run.lowest, |a, b| if b.1 < a.1 { b } else { a })
     }
-}
-
-/// `|L|² − 1`.
-fn over_unit_gain(value: Complex<f64>) -> f64 {
-    value.norm_sqr() - 1.0
 }
 
 /// The chords of a curve with a bit set, by their first point.
@@ -274,17 +298,12 @@ fn each_bit(blocks: &[Block], of: impl Fn(&Block) -> u64) -> impl Iterator<Item 
 #[inline(always)]
 fn look_over<S: Simd>(simd: S, curve: &Curve<'_>, blocks: &mut Vec<Block>) -> f64 {
     let [zero, one, two] = [0.0, 1.0, 2.0].map(|number| f64x8::splat(simd, number));
-    let [re_room, im_room] = &mut [[0.0; BLOCK + 1]; 2];
     blocks.clear();
     let mut least = f64x8::splat(simd, f64::INFINITY);
     for start in (0..curve.re.len() - 1).step_by(BLOCK) {
-        let (re, im) = (
-            chunk(&curve.re[start..], re_room),
-            chunk(&curve.im[start..], im_room),
-        );
-        let sides = [0, 1].map(|end| {
-            let re = f64x8::from_slice(simd, &re[end..end + BLOCK]);
-            let im = f64x8::from_slice(simd, &im[end..end + BLOCK]);
+        let sides = [start, start + 1].map(|place| {
+            let re = from_place(simd, curve.re, place);
+            let im = from_place(simd, curve.im, place);
             let (before, behind) = (re - one, one + re);
             let distance = behind * behind + im * im;
             least = distance.simd_lt(least).select(distance, least);
@@ -308,13 +327,10 @@ fn look_over<S: Simd>(simd: S, curve: &Curve<'_>, blocks: &mut Vec<Block>) -> f6
     let bound = f64x8::splat(simd, NEAR * lowest);
     for (number, block) in blocks.iter_mut().enumerate() {
         let start = number * BLOCK;
-        let (re, im) = (
-            chunk(&curve.re[start..], re_room),
-            chunk(&curve.im[start..], im_room),
-        );
-        let [(re_0, im_0), (re_1, im_1)] = [0, 1].map(|end| {
-            let re = f64x8::from_slice(simd, &re[end..end + BLOCK]);
-            (one + re, f64x8::from_slice(simd, &im[end..end + BLOCK]))
+        let [(re_0, im_0), (re_1, im_1)] = [start, start + 1].map(|place| {
+            let re = from_place(simd, curve.re, place);
+            let im = from_place(simd, curve.im, place);
+            (one + re, im)
         });
         let near = [
             (re_0 * re_1 + im_0 * im_1).simd_lt(zero),
@@ -329,14 +345,15 @@ fn look_over<S: Simd>(simd: S, curve: &Curve<'_>, blocks: &mut Vec<Block>) -> f6
     lowest
 }
 
-/// The points of a block; behind the end of the curve, its last one.
+/// As many points as a block has, from a place on; behind the end of the curve, its last one.
 #[inline(always)]
-fn chunk<'a>(points: &'a [f64], room: &'a mut [f64; BLOCK + 1]) -> &'a [f64; BLOCK + 1] {
-    match points.first_chunk() {
-        Some(all) => all,
+fn from_place<S: Simd>(simd: S, points: &[f64], place: usize) -> f64x8<S> {
+    let last = points.len() - 1;
+    match points[place..].first_chunk::<BLOCK>() {
+        Some(all) => f64x8::from_slice(simd, all),
         None => {
-            *room = core::array::from_fn(|k| points[k.min(points.len() - 1)]);
-            room
+            let rest: [f64; BLOCK] = core::array::from_fn(|k| points[(place + k).min(last)]);
+            f64x8::from_slice(simd, &rest)
         }
     }
 }
@@ -369,50 +386,6 @@ impl Margin {
     /// The modulus margin, negative for an unstable loop: 0 is the border.
     pub fn signed(&self) -> f64 {
         signed(self.stable, self.modulus)
-    }
-
-    /// Reads what was found of a run.
-    fn of(run: &Run, zeros: &[Zero], minima: &[Minimum]) -> Self {
-        let (weakest, distance) = run.closest(minima);
-        let (mut crossover, mut phase): (Option<f64>, Option<f64>) = (None, None);
-        let mut bandwidth = None;
-        // The largest |L| below 1 where L is negative; 0 without any.
-        let mut magnitude = 0.0_f64;
-        let mut negative = |at: f64| {
-            if at < 1.0 {
-                magnitude = magnitude.max(at);
-            }
-        };
-        for zero in zeros {
-            let (frequency, value) = zero.found;
-            match zero.border {
-                Border::UnitGain => {
-                    let falls = over_unit_gain(zero.ends[0].1) >= 0.0;
-                    if falls && crossover.is_none() {
-                        crossover = Some(frequency);
-                    }
-                    // arg(−L): what turns L to −1.
-                    let lag = libm::atan2(-value.im, -value.re);
-                    if phase.is_none_or(|phase| lag.abs() < phase.abs()) {
-                        phase = Some(lag);
-                    }
-                }
-                Border::HalfPower => bandwidth = Some(frequency),
-                Border::RealAxis if value.re < -NOTHING => negative(-value.re),
-                Border::RealAxis => (),
-            }
-        }
-        run.real_end.into_iter().for_each(negative);
-        let stable = run.stable;
-        Self {
-            stable,
-            modulus: distance.sqrt(),
-            weakest_radps: weakest,
-            phase_rad: phase.filter(|_| stable),
-            gain: (stable && magnitude > 0.0).then(|| 1.0 / magnitude),
-            crossover_radps: crossover,
-            bandwidth_radps: bandwidth,
-        }
     }
 }
 

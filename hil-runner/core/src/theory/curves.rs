@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::characteristic::LoopGains;
 use super::curve::{Limits, bends, refined};
-use super::family::{FamilyKey, LoopFamily};
+use super::family::LoopFamily;
 use super::linear_axis::JointState;
 use super::loops::no_loop;
 use super::stiffness::Compliance;
@@ -45,9 +45,6 @@ pub struct LoopCurve {
 
 /// |L| at the lowest frequency.
 const LOUD: f64 = 100.0;
-/// Steps below the family's own frequencies, and their ratio.
-const MOST_BELOW: usize = 320;
-const RATIO: f64 = 1.2;
 /// Frequencies in equal steps of the logarithm. The family's own are added, closer where
 /// its axis bends, and what L needs besides.
 const POINTS: u32 = 300;
@@ -59,9 +56,9 @@ const LIMITS: Limits = Limits {
 impl LoopCurves {
     /// The curves of a case with `gains`: about a tenth of a millisecond.
     pub fn of(case: &Case, gains: &LoopGains) -> Self {
-        let curve = |joint| {
-            let key = FamilyKey::of(case, joint).filter(|_| no_loop(case, joint).is_none())?;
-            Some(LoopCurve::new(&key, gains, joint))
+        let curve = |joint| match no_loop(case, joint) {
+            None => Some(LoopCurve::new(&LoopFamily::of(case, joint)?, gains, joint)),
+            Some(_) => None,
         };
         Self {
             contact: curve(JointState::Contact),
@@ -71,10 +68,9 @@ impl LoopCurves {
 }
 
 impl LoopCurve {
-    fn new(key: &FamilyKey, gains: &LoopGains, joint: JointState) -> Self {
-        let family = key.family();
+    fn new(family: &LoopFamily, gains: &LoopGains, joint: JointState) -> Self {
         let l = |theta: f64| family.at(gains, theta);
-        let lowest = lowest(&family, gains);
+        let lowest = lowest(family, gains);
         let ratio = PI / lowest;
         let share = |k: u32| f64::from(k) / f64::from(POINTS);
         let base = (0..=POINTS).map(|k| match k {
@@ -82,39 +78,32 @@ impl LoopCurve {
             k => lowest * libm::pow(ratio, share(k)),
         });
         let points = refined(base.collect(), &family.theta, LIMITS, l, bends);
-        let per_theta_hz = 1.0 / (TAU * key.timing_s()[0]);
-        let in_contact = joint == JointState::Contact && family.is_stable(gains);
-        let compliance = in_contact.then(|| Compliance::new(key, &family));
-        let stiffness = |compliance: Compliance| -> Vec<f64> {
-            let x_per_force = |theta: f64| compliance.at(&family, gains, theta);
-            let sizes = points
-                .iter()
-                .map(|(theta, _)| x_per_force(*theta).norm_sqr().sqrt());
-            sizes.map(|m_per_n| 1e-6 / m_per_n).collect()
+        let per_theta_hz = 1.0 / (TAU * family.period_s);
+        let angles = points.iter().map(|(theta, _)| *theta);
+        let has_stiffness = joint == JointState::Contact && family.is_stable(gains);
+        let stiffness = |theta: f64| {
+            let m_per_n = Compliance::at(family, gains, theta).norm_sqr().sqrt();
+            1e-6 / m_per_n
         };
         let of = |part: fn(&Complex<f64>) -> f64| points.iter().map(|(_, l)| part(l)).collect();
         Self {
-            frequency_hz: points
-                .iter()
-                .map(|(theta, _)| theta * per_theta_hz)
-                .collect(),
+            frequency_hz: angles.clone().map(|theta| theta * per_theta_hz).collect(),
             re: of(|l| l.re),
             im: of(|l| l.im),
-            stiffness_n_per_um: compliance.map(stiffness),
+            stiffness_n_per_um: has_stiffness.then(|| angles.map(stiffness).collect()),
         }
     }
 }
 
 /// The last angle of the grid up to which |L| stays above [`LOUD`], or the first below
-/// the grid.
+/// the grid; where there is none, that of the grid.
 fn lowest(family: &LoopFamily, gains: &LoopGains) -> f64 {
-    let is_loud = |theta: f64| family.at(gains, theta).norm_sqr() > LOUD * LOUD;
-    let loud = family.theta.iter().take_while(|&&theta| is_loud(theta));
-    loud.last().copied().unwrap_or_else(|| {
-        let below = core::iter::successors(Some(family.theta[0]), |theta| Some(theta / RATIO));
-        let mut below = below.take(MOST_BELOW);
-        below
-            .find(|&theta| is_loud(theta))
-            .unwrap_or(family.theta[0])
+    let is_loud = |l: Complex<f64>| l.norm_sqr() > LOUD * LOUD;
+    let grid = family.theta.iter().copied();
+    let loud = grid.take_while(|&theta| is_loud(family.at(gains, theta)));
+    loud.last().unwrap_or_else(|| {
+        let below = family.below(gains, LOUD);
+        let first = below.first().filter(|(_, l)| is_loud(*l));
+        first.map_or(family.theta[0], |(theta, _)| *theta)
     })
 }

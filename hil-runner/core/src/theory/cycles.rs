@@ -271,7 +271,7 @@ pub fn dac_cycles(case: &Case) -> Vec<Cycle> {
     let volts_per_code = case.dac.step_v * case.amplifier.gain;
     stepped.cycles(|amplitude, radps| {
         // y = −C·α, and A is the amplitude of y.
-        let period_s = stepped.period_s;
+        let period_s = stepped.family.period_s;
         let law = stepped.gains.law(radps * period_s, period_s);
         amplitude * volts_per_code / law.norm_sqr().sqrt()
     })
@@ -284,10 +284,8 @@ fn predicted(case: &Case, cycles: &[Cycle]) -> Option<Cycle> {
 
 /// A loop with one staircase.
 struct SteppedLoop {
-    axis: LinearAxis,
     family: LoopFamily,
     gains: LoopGains,
-    period_s: f64,
     /// Mean of what leaves the staircase, in its steps; at first that of the
     /// codes.
     mean: f64,
@@ -321,10 +319,8 @@ impl SteppedLoop {
             false => motor.resistance_ohm * current_a,
         };
         Some(Self {
-            axis: LinearAxis::new(&case.axis, &case.amplifier, joint)?,
             family: LoopFamily::of(case, joint)?,
             gains: LoopGains::of(case),
-            period_s: seconds(case.controller.sample_time_ns?),
             mean: holding / (case.dac.step_v * case.amplifier.gain),
             room_rad,
         })
@@ -339,29 +335,30 @@ impl SteppedLoop {
             // Below the first threshold nothing moves.
             gain == 0.0 || self.family.is_stable(&self.gains.times(gain))
         };
+        let (axis, period_s) = (&self.family.axis, self.family.period_s);
         let mut amplitudes = decades(1e-4, 0.1, 12);
         amplitudes.extend((11..=400).map(|n| 0.01 * f64::from(n)));
         let cycle = |amplitude: f64, stability: CycleStability| {
             let gains = self.gains.times(gain_at(amplitude));
             let radps = self.family.margin(&gains).weakest_radps;
             let motor_rad = motor_rad(amplitude, radps);
-            let gear_rad = motor_rad * self.axis.gear_ratio;
-            let law = gains.law(radps * self.period_s, self.period_s);
+            let gear_rad = motor_rad * axis.gear_ratio;
+            let law = gains.law(radps * period_s, period_s);
             let voltage_v = motor_rad * law.norm_sqr().sqrt();
             let screw_rad = match self.room_rad {
                 Some(room_rad) if gear_rad > room_rad => return None,
                 Some(_) => 0.0,
                 None => {
                     let s = Complex::new(0.0, radps);
-                    gear_rad * self.axis.screw_per_gear(s).norm_sqr().sqrt()
+                    gear_rad * axis.screw_per_gear(s).norm_sqr().sqrt()
                 }
             };
             Some(Cycle::new(
-                &self.axis,
+                axis,
                 [screw_rad, gear_rad, voltage_v],
                 radps,
                 stability,
-                self.distortion(amplitude, radps * self.period_s),
+                self.distortion(amplitude, radps * period_s),
             ))
         };
         at_borders(&amplitudes, is_stable, cycle)

@@ -8,7 +8,7 @@ use core::f64::consts::PI;
 
 use fearless_simd::Level;
 use nalgebra::Complex;
-use plant::{Amplifier, AxisParameters, One, Width, with_four};
+use plant::{One, Width, with_four};
 
 use super::characteristic::{Characteristic, LoopGains};
 use super::curve::{Curve, Finds, Limits, Margin, bends, refined, signed};
@@ -30,26 +30,6 @@ const MOST_BELOW: usize = 320;
 const RATIO: f64 = 1.2;
 const DISTANCE: f64 = 0.12;
 
-/// A case without a linear loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LoopError {
-    /// A rigid axis has no gap that could be open.
-    #[error("a rigid axis has no gap that could be open")]
-    RigidHasNoGap,
-    /// The sample time is 0.
-    #[error("a sampled loop needs a sample time greater than 0")]
-    NoSampleTime,
-    /// The delay is longer than the sample time.
-    #[error("a delay of {delay_ns} ns is longer than the sample time of {period_ns} ns")]
-    DelayBeyondSample {
-        /// The delay \[ns\].
-        delay_ns: u64,
-        /// The sample time \[ns\].
-        period_ns: u64,
-    },
-}
-
 /// All loops of one axis, kind of drive, encoders of position, sample time, delay and
 /// state of the joint: gains, the derivative's filter, encoder steps, converter and the
 /// amplifier's gain are open.
@@ -59,8 +39,7 @@ pub enum LoopError {
 /// use hil_core::theory::{JointState, LoopFamily, LoopGains};
 ///
 /// let case = runfile::builtin("paper-2", &[])?;
-/// let contact = JointState::Contact;
-/// let family = LoopFamily::new(&case.axis, &case.amplifier, [1_000_000, 0], contact)?;
+/// let family = LoopFamily::of(&case, JointState::Contact).ok_or("no loop")?;
 /// let gains = LoopGains::of(&case);
 /// assert!(family.margin(&gains).stable);
 /// assert!(!family.margin(&gains.times(200.0)).stable);
@@ -68,8 +47,10 @@ pub enum LoopError {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoopFamily {
+    pub(super) axis: LinearAxis,
+    pub(super) period_s: f64,
+    pub(super) delay_s: f64,
     characteristic: Characteristic,
-    period_s: f64,
     /// Angles θ = ωΔt up to π.
     pub(super) theta: Vec<f64>,
     /// The parts of `L(e^{jθ})` for K_p, K_i and K_d.
@@ -97,70 +78,41 @@ impl Parts {
 /// in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FamilyKey {
-    pub(super) axis: LinearAxis,
+    axis: LinearAxis,
     timing_ns: [u64; 2],
 }
 
 impl FamilyKey {
-    /// The key of a case's family; none where it has no fixed sample time and delay, or
-    /// no such loop.
+    /// The key of a case's family; none where it has no fixed sample time above 0 with a
+    /// delay no longer than it, or no such loop.
     pub fn of(case: &Case, joint: JointState) -> Option<Self> {
-        let period_ns = case.controller.sample_time_ns?;
+        let period_ns = case.controller.sample_time_ns.filter(|&ns| ns > 0)?;
         let delay_ns = case.controller.computation_delay.fixed_ns()?;
         let axis = LinearAxis::of(case, joint)?;
-        Self::new(axis, [period_ns, delay_ns]).ok()
-    }
-
-    fn new(axis: LinearAxis, timing_ns: [u64; 2]) -> Result<Self, LoopError> {
-        let [period_ns, delay_ns] = timing_ns;
-        if period_ns == 0 {
-            return Err(LoopError::NoSampleTime);
-        }
-        if delay_ns > period_ns {
-            return Err(LoopError::DelayBeyondSample {
-                delay_ns,
-                period_ns,
-            });
-        }
-        Ok(Self { axis, timing_ns })
-    }
-
-    /// T and τ \[s\].
-    pub(super) fn timing_s(&self) -> [f64; 2] {
-        self.timing_ns.map(seconds)
+        (delay_ns <= period_ns).then_some(Self {
+            axis,
+            timing_ns: [period_ns, delay_ns],
+        })
     }
 
     /// The family.
     pub(super) fn family(&self) -> LoopFamily {
-        let [period_s, delay_s] = self.timing_s();
+        let [period_s, delay_s] = self.timing_ns.map(seconds);
         LoopFamily::of_axis(&self.axis, period_s, delay_s)
     }
 }
 
 impl LoopFamily {
     /// Works out the responses on a grid of frequencies and the characteristic
-    /// polynomial: some ten microseconds to a millisecond. The position is the motor's.
-    ///
-    /// # Errors
-    /// [`LoopError`] for a rigid axis in a gap, and for a timing that
-    /// cannot be.
-    pub fn new(
-        axis: &AxisParameters,
-        amplifier: &Amplifier,
-        timing_ns: [u64; 2],
-        joint: JointState,
-    ) -> Result<Self, LoopError> {
-        let axis = LinearAxis::new(axis, amplifier, joint).ok_or(LoopError::RigidHasNoGap)?;
-        Ok(FamilyKey::new(axis, timing_ns)?.family())
-    }
-
-    /// The same for an axis that is linear already.
+    /// polynomial: some ten microseconds to a millisecond.
     pub(crate) fn of_axis(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
         let characteristic = Characteristic::new(axis, period_s, delay_s);
         let mut family = Self {
+            axis: *axis,
+            period_s,
+            delay_s,
             theta: angles(&characteristic, axis, period_s),
             characteristic,
-            period_s,
             parts: Default::default(),
             w: Parts::default(),
         };
@@ -178,8 +130,7 @@ impl LoopFamily {
         family
     }
 
-    /// The family of a case; none where it has no fixed sample time and delay,
-    /// or no such loop.
+    /// The family of a case; none where it has no [`FamilyKey`].
     pub fn of(case: &Case, joint: JointState) -> Option<Self> {
         Some(FamilyKey::of(case, joint)?.family())
     }
@@ -243,18 +194,18 @@ impl LoopFamily {
         for of_loop in gains {
             let l = &mut room.l;
             self.combine(&self.parts, of_loop, room.finds.level, l);
-            let mut curve = Curve {
-                frequency: &self.theta,
+            let with_lower;
+            let mut theta = &self.theta;
+            if l.re[0] * l.re[0] + l.im[0] * l.im[0] <= 4.0 {
+                with_lower = self.carried_on(&self.below(of_loop, 2.0), l);
+                theta = &with_lower;
+            }
+            let curve = Curve {
+                frequency: theta,
                 re: &l.re,
                 im: &l.im,
                 ends_real: true,
             };
-            let below;
-            if l.re[0] * l.re[0] + l.im[0] * l.im[0] <= 4.0 {
-                below = self.carried_on(l, of_loop);
-                curve.frequency = &below.0;
-                (curve.re, curve.im) = (&below.1.re, &below.1.im);
-            }
             add(&mut room.finds, &curve, of_loop);
         }
         let loops = SideBySide {
@@ -264,28 +215,30 @@ impl LoopFamily {
         room.finds.search(&loops);
     }
 
-    /// Angles and L, carried on below the grid until |L| is above 2: a loop with
-    /// very small gains crosses over below the axis' own frequencies.
-    fn carried_on(&self, l: &Parts, gains: &LoopGains) -> (Vec<f64>, Parts) {
+    /// Rising angles below the grid, from one at which |L| is above `loud`, and L there: a
+    /// loop with very small gains crosses over below the axis' own frequencies.
+    pub(super) fn below(&self, gains: &LoopGains, loud: f64) -> Vec<(f64, Complex<f64>)> {
         let mut below = Vec::new();
         let mut theta = self.theta[0];
         for _ in 0..MOST_BELOW {
             theta /= RATIO;
             let value = self.at(gains, theta);
             below.push((theta, value));
-            if value.norm_sqr() > 4.0 {
+            if value.norm_sqr() > loud * loud {
                 break;
             }
         }
         below.reverse();
-        let chain = |of: fn(&(f64, Complex<f64>)) -> f64, rest: &[f64]| -> Vec<f64> {
-            below.iter().map(of).chain(rest.iter().copied()).collect()
-        };
-        let l = Parts {
-            re: chain(|(_, value)| value.re, &l.re),
-            im: chain(|(_, value)| value.im, &l.im),
-        };
-        (chain(|(theta, _)| *theta, &self.theta), l)
+        below
+    }
+
+    /// Carries a curve on the grid on to what is below; all of its angles.
+    pub(super) fn carried_on(&self, below: &[(f64, Complex<f64>)], curve: &mut Parts) -> Vec<f64> {
+        let (re, im) = (&mut curve.re, &mut curve.im);
+        re.splice(0..0, below.iter().map(|(_, value)| value.re));
+        im.splice(0..0, below.iter().map(|(_, value)| value.im));
+        let angles = below.iter().map(|(theta, _)| *theta);
+        angles.chain(self.theta.iter().copied()).collect()
     }
 
     /// `kp·P + ki·I + kd·F·D` on the grid, with the filter `F = a·z/(w + a)` of the

@@ -21,7 +21,7 @@
 use nalgebra::{Complex, SMatrix, SVector};
 use plant::Width;
 
-use super::linear_axis::LinearAxis;
+use super::linear_axis::{LinearAxis, Shaft};
 
 /// One sample of a linear axis with N states, the first being β.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,14 +71,13 @@ fn integral<const N: usize>(
 }
 
 impl<const N: usize> HeldStep<N> {
-    /// The step of an axis over `period_s` with the new voltage after `delay_s`; of a
-    /// current drive the commanded current.
-    pub(crate) fn new(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
-        Self::of(&axis.system(), period_s, delay_s)
-    }
-
-    /// The step of `ẋ = A·x + B·u`.
-    fn of((a, b): &(SMatrix<f64, N, N>, SVector<f64, N>), period_s: f64, delay_s: f64) -> Self {
+    /// The step of `ẋ = A·x + B·u` over `period_s` with the new voltage after `delay_s`; of
+    /// a current drive the commanded current.
+    pub(crate) fn new(
+        (a, b): &(SMatrix<f64, N, N>, SVector<f64, N>),
+        period_s: f64,
+        delay_s: f64,
+    ) -> Self {
         let (whole, _) = integral(a, period_s);
         let (rest, after) = integral(a, period_s - delay_s);
         let (delayed, _) = integral(a, delay_s);
@@ -90,8 +89,8 @@ impl<const N: usize> HeldStep<N> {
     }
 }
 
-/// `β/V` of a held axis as polynomials in `w = z − 1`:
-/// `(present·z + past)/(z·w·poles)`, the pole at w = 0 being β itself.
+/// `β/V` of a held axis, or `γ/V`, as polynomials in `w = z − 1`:
+/// `(present·z + past)/(z·w·poles)`, the pole at w = 0 being the angle itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PulseResponse {
     /// Poles of the axis but for the angle, degree 1 to 5.
@@ -105,35 +104,33 @@ pub(crate) struct PulseResponse {
 }
 
 impl PulseResponse {
-    /// The response of a linear axis.
-    pub(crate) fn new(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
+    /// The response of a linear axis at a shaft; at the screw's, of two bodies.
+    pub(crate) fn new(axis: &LinearAxis, shaft: Shaft, period_s: f64, delay_s: f64) -> Self {
+        let timing_s = [period_s, delay_s];
         match axis.states() {
-            2 => Self::of::<2, 1>(&HeldStep::new(axis, period_s, delay_s)),
-            3 => Self::of::<3, 2>(&HeldStep::new(axis, period_s, delay_s)),
-            4 => Self::of::<4, 3>(&HeldStep::new(axis, period_s, delay_s)),
-            5 => Self::of::<5, 4>(&HeldStep::new(axis, period_s, delay_s)),
-            _ => Self::of::<6, 5>(&HeldStep::new(axis, period_s, delay_s)),
+            2 => Self::of::<2, 1>(axis, shaft, timing_s),
+            3 => Self::of::<3, 2>(axis, shaft, timing_s),
+            4 => Self::of::<4, 3>(axis, shaft, timing_s),
+            5 => Self::of::<5, 4>(axis, shaft, timing_s),
+            _ => Self::of::<6, 5>(axis, shaft, timing_s),
         }
     }
 
-    /// `γ/V` of an axis of two bodies, the pole at w = 0 being γ itself.
-    pub(crate) fn of_screw(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
-        fn step<const N: usize>(axis: &LinearAxis, t: f64, delay: f64) -> HeldStep<N> {
-            HeldStep::of(&axis.system_of_screw(), t, delay)
-        }
-        match axis.states() {
-            4 => Self::of::<4, 3>(&step(axis, period_s, delay_s)),
-            5 => Self::of::<5, 4>(&step(axis, period_s, delay_s)),
-            _ => Self::of::<6, 5>(&step(axis, period_s, delay_s)),
-        }
-    }
-
-    /// The response of a held step; M is N − 1.
+    /// The response of an axis of N states; M is N − 1.
     ///
     /// With v the states behind β, `v⁺ − v = W·v + g·u` and
     /// `β⁺ − β = r·v + g_β·u`, so `w·β = (r·adj(w − W)·g/det(w − W) + g_β)·u`.
     /// Adjugate and determinant by Leverrier and Faddeev's recurrence.
-    fn of<const N: usize, const M: usize>(step: &HeldStep<N>) -> Self {
+    fn of<const N: usize, const M: usize>(
+        axis: &LinearAxis,
+        shaft: Shaft,
+        [period_s, delay_s]: [f64; 2],
+    ) -> Self {
+        let system = match shaft {
+            Shaft::Motor => axis.system(),
+            Shaft::Screw => axis.system_of_screw(),
+        };
+        let step = HeldStep::<N>::new(&system, period_s, delay_s);
         let w = step.change.fixed_view::<M, M>(1, 1).into_owned();
         let row = step.change.fixed_view::<1, M>(0, 1).into_owned();
         let rest = |gamma: &SVector<f64, N>| gamma.fixed_view::<M, 1>(1, 0).into_owned();

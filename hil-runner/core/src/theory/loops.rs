@@ -68,33 +68,6 @@ pub struct LoopFigures {
 }
 
 impl LoopFigures {
-    /// The worse of each figure of two loops. A state of the joint that one of them does not
-    /// have is that of the other.
-    #[must_use]
-    pub fn worse(&self, other: &Self) -> Self {
-        let least = |a: Option<f64>, b: Option<f64>| Some(a?.min(b?));
-        let worse = |loops: [Option<f64>; 2], of: fn(&Self) -> Option<f64>| match loops {
-            [_, None] => of(self),
-            [None, _] => of(other),
-            _ => least(of(self), of(other)),
-        };
-        let contact = [self.modulus_margin_contact, other.modulus_margin_contact];
-        let gap = [self.modulus_margin_gap, other.modulus_margin_gap];
-        Self {
-            modulus_margin_contact: worse(contact, |of| of.modulus_margin_contact),
-            modulus_margin_gap: worse(gap, |of| of.modulus_margin_gap),
-            gain_margin_contact_db: worse(contact, |of| of.gain_margin_contact_db),
-            gain_margin_gap_db: worse(gap, |of| of.gain_margin_gap_db),
-            phase_margin_contact_deg: worse(contact, |of| of.phase_margin_contact_deg),
-            phase_margin_gap_deg: worse(gap, |of| of.phase_margin_gap_deg),
-            crossover_contact_hz: worse(contact, |of| of.crossover_contact_hz),
-            crossover_gap_hz: worse(gap, |of| of.crossover_gap_hz),
-            bandwidth_contact_hz: worse(contact, |of| of.bandwidth_contact_hz),
-            bandwidth_gap_hz: worse(gap, |of| of.bandwidth_gap_hz),
-            least_stiffness_n_per_um: worse(contact, |of| of.least_stiffness_n_per_um),
-        }
-    }
-
     /// A figure by its key.
     pub fn figure(&self, key: &str) -> Option<f64> {
         match key {
@@ -276,9 +249,8 @@ impl LoopFigures {
 impl Known {
     /// The least stiffness with each of some gains \[N/µm\].
     fn stiffness(&mut self, room: &mut Room, gains: &[LoopGains]) -> Vec<f64> {
-        let (key, family) = (&self.key, &self.family);
-        let compliance = &mut self.compliance;
-        let compliance = compliance.get_or_insert_with(|| Compliance::new(key, family));
+        let family = &self.family;
+        let compliance = (self.compliance).get_or_insert_with(|| Compliance::new(family));
         compliance.least_n_per_um(family, room, gains)
     }
 }

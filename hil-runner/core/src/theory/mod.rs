@@ -44,7 +44,7 @@ pub use cycles::{
     encoder_cycles, gap_cycle, gap_cycles, joint_share, quantiser, quantiser_bias,
 };
 pub use delay::margin_by_delay;
-pub use family::{FamilyKey, LoopError, LoopFamily};
+pub use family::{FamilyKey, LoopFamily};
 pub use linear_axis::JointState;
 pub use loops::{JOINT_STATES, LoopFigures, Loops, left_out, margin, no_figure, no_loop};
 pub use noise::{Noise, NoiseFigures, quantisation_noise};

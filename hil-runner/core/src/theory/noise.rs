@@ -24,9 +24,8 @@ use nalgebra::{SMatrix, SVector};
 use super::characteristic::{LoopGains, is_papers_loop};
 use super::family::LoopFamily;
 use super::held::HeldStep;
-use super::linear_axis::{JointState, LinearAxis};
+use super::linear_axis::JointState;
 use crate::case::{Case, Law};
-use crate::number::seconds;
 use crate::options::Quantiser;
 
 /// Quantisation noise of an axis in motion, in contact: standard
@@ -59,17 +58,6 @@ pub struct NoiseFigures {
     pub command: f64,
 }
 
-impl NoiseFigures {
-    fn of_variances(variances: [f64; 3]) -> Self {
-        let [position, acceleration, voltage] = variances.map(f64::sqrt);
-        Self {
-            position_um: 1e6 * position,
-            acceleration_mps2: acceleration,
-            command: voltage,
-        }
-    }
-}
-
 /// The quantisation noise of a case on rungs `quantised` and `firmware`. `None`
 /// on the others, where the loop is not the paper's or not stable, and with a
 /// quantiser that rounds to other than the nearest code.
@@ -82,9 +70,6 @@ pub fn quantisation_noise(case: &Case) -> Option<Noise> {
     if !nearest || !is_papers_loop(case) {
         return None;
     }
-    let axis = LinearAxis::new(&case.axis, &case.amplifier, JointState::Contact)?;
-    let period_s = seconds(case.controller.sample_time_ns.filter(|&ns| ns > 0)?);
-    let delay_s = seconds(case.controller.computation_delay.fixed_ns()?);
     let gains = LoopGains::of(case);
     let rad_per_count = 1.0 / case.encoder.counts_per_rad;
     let volts_per_code = case.dac.step_v * case.amplifier.gain;
@@ -93,35 +78,45 @@ pub fn quantisation_noise(case: &Case) -> Option<Noise> {
         return None;
     }
     let steps = [rad_per_count, volts_per_code].map(|step| step / 12.0_f64.sqrt());
-    let timing_s = (period_s, delay_s);
+    let axis = &family.axis;
     let [of_error, of_code] = match axis.states() {
-        2 => of_axis::<2, 5>(&axis, &gains, timing_s, steps),
-        3 => of_axis::<3, 6>(&axis, &gains, timing_s, steps),
-        4 => of_axis::<4, 7>(&axis, &gains, timing_s, steps),
-        5 => of_axis::<5, 8>(&axis, &gains, timing_s, steps),
-        _ => of_axis::<6, 9>(&axis, &gains, timing_s, steps),
+        2 => variances::<2, 5>(&family, &gains, steps),
+        3 => variances::<3, 6>(&family, &gains, steps),
+        4 => variances::<4, 7>(&family, &gains, steps),
+        5 => variances::<5, 8>(&family, &gains, steps),
+        _ => variances::<6, 9>(&family, &gains, steps),
     };
     let together = core::array::from_fn(|k| 2.0 * of_error[k] + of_code[k]);
+    let figures = |variances: [f64; 3]| {
+        let [position_m, acceleration_mps2, command] = variances.map(f64::sqrt);
+        NoiseFigures {
+            position_um: 1e6 * position_m,
+            acceleration_mps2,
+            command,
+        }
+    };
     let per_motor_rad = axis.pitch_m_per_rad * axis.gear_ratio;
     Some(Noise {
-        encoder: NoiseFigures::of_variances(of_error),
-        setpoint: NoiseFigures::of_variances(of_error),
-        dac: NoiseFigures::of_variances(of_code),
-        together: NoiseFigures::of_variances(together),
+        encoder: figures(of_error),
+        setpoint: figures(of_error),
+        dac: figures(of_code),
+        together: figures(together),
         mean_um: 1e6 * 0.5 * rad_per_count * per_motor_rad,
     })
 }
 
-/// [`variances`] of an axis with N states.
-fn of_axis<const N: usize, const D: usize>(
-    axis: &LinearAxis,
+/// Variances of position, acceleration and voltage, of an axis with N states, from one source
+/// of error and from the codes, whose standard deviations are `error_rad` and `voltage_v`.
+fn variances<const N: usize, const D: usize>(
+    family: &LoopFamily,
     gains: &LoopGains,
-    (period_s, delay_s): (f64, f64),
-    steps: [f64; 2],
+    [error_rad, voltage_v]: [f64; 2],
 ) -> [[f64; 3]; 2] {
-    let step = HeldStep::<N>::new(axis, period_s, delay_s);
+    let (axis, period_s, delay_s) = (&family.axis, family.period_s, family.delay_s);
+    let system = axis.system::<N>();
+    let step = HeldStep::new(&system, period_s, delay_s);
     let closed = ClosedLoop::<D>::new(&step, gains, axis.gear_ratio, period_s);
-    let (a, b) = axis.system::<N>();
+    let (a, b) = system;
     // γ̈ = β̈ − ε̈
     let (screw, per_command) = match axis.has_joint() {
         true => ((a.row(1) - a.row(3)).transpose(), b[1] - b[3]),
@@ -133,48 +128,31 @@ fn of_axis<const N: usize, const D: usize>(
     if axis.has_joint() {
         position[2] = -p;
     }
-    let mut acceleration = Output::<D> {
-        row: SVector::zeros(),
-        per_command: 0.0,
-    };
-    let own = &mut acceleration.row.fixed_rows_mut::<N>(0);
-    own.copy_from(&(screw * p));
-    // A current that is the command's at once: that of the new code, or of the last.
+    let mut acceleration = SVector::<f64, D>::zeros();
+    acceleration.fixed_rows_mut::<N>(0).copy_from(&(screw * p));
+    // What a sample adds to its own command acts at once where the current is the command's
+    // and nothing delays it; with a delay the command of the last sample acts.
+    let mut acceleration_per_own = 0.0;
     if delay_s == 0.0 {
-        acceleration.row += closed.voltage * (p * per_command);
-        acceleration.per_command = p * per_command;
+        acceleration += closed.voltage * (p * per_command);
+        acceleration_per_own = p * per_command;
     } else {
-        acceleration.row[N] += p * per_command;
+        acceleration[N] += p * per_command;
     }
-    variances(&closed, &position, &acceleration, steps)
-}
-
-/// A quantity as coefficients of the closed loop's state and of what a sample adds to its
-/// own command.
-struct Output<const D: usize> {
-    row: SVector<f64, D>,
-    per_command: f64,
-}
-
-/// Variances of position, acceleration and voltage from one source of error and from
-/// the codes, whose standard deviations are `error_rad` and `voltage_v`.
-fn variances<const D: usize>(
-    closed: &ClosedLoop<D>,
-    position: &SVector<f64, D>,
-    acceleration: &Output<D>,
-    [error_rad, voltage_v]: [f64; 2],
-) -> [[f64; 3]; 2] {
-    let of = |state: SVector<f64, D>, direct_v: f64| {
-        let p = covariance(&closed.transition, &state);
-        let variance = |row: &SVector<f64, D>| row.dot(&(p * row)).max(0.0);
-        let voltage = variance(&closed.voltage) + direct_v * direct_v;
-        let direct = acceleration.per_command * direct_v;
-        let acceleration = variance(&acceleration.row) + direct * direct;
-        [variance(position), acceleration, voltage]
+    let of = |state: SVector<f64, D>, own_v: f64| {
+        let covariance = covariance(&closed.transition, &state);
+        let variance = |row: &SVector<f64, D>| row.dot(&(covariance * row)).max(0.0);
+        let voltage = variance(&closed.voltage) + own_v * own_v;
+        let own = acceleration_per_own * own_v;
+        [
+            variance(&position),
+            variance(&acceleration) + own * own,
+            voltage,
+        ]
     };
-    let direct_v = closed.voltage_per_error * error_rad;
+    let own_v = closed.voltage_per_error * error_rad;
     [
-        of(closed.per_error * error_rad, direct_v),
+        of(closed.per_error * error_rad, own_v),
         of(closed.per_volt * voltage_v, voltage_v),
     ]
 }
@@ -204,22 +182,22 @@ fn covariance<const D: usize>(
 /// `X(k+1) = F·X(k) + …` with `X = (x, u(k−1), S(k−1), e(k−1))`: the axis with N
 /// states, and what the controller remembers. D is N + 3.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ClosedLoop<const D: usize> {
+struct ClosedLoop<const D: usize> {
     /// `F`.
-    pub(crate) transition: SMatrix<f64, D, D>,
+    transition: SMatrix<f64, D, D>,
     /// Share of an error of 1 rad at the motor to X(k+1).
-    pub(crate) per_error: SVector<f64, D>,
+    per_error: SVector<f64, D>,
     /// Share of a volt on top of the law's in X(k+1).
-    pub(crate) per_volt: SVector<f64, D>,
+    per_volt: SVector<f64, D>,
     /// The law's voltage `u(k)` as coefficients of X(k) …
-    pub(crate) voltage: SVector<f64, D>,
+    voltage: SVector<f64, D>,
     /// … and of an error of 1 rad at t_k.
-    pub(crate) voltage_per_error: f64,
+    voltage_per_error: f64,
 }
 
 impl<const D: usize> ClosedLoop<D> {
     /// The loop around a held step.
-    pub(crate) fn new<const N: usize>(
+    fn new<const N: usize>(
         step: &HeldStep<N>,
         gains: &LoopGains,
         gear_ratio: f64,

@@ -161,23 +161,11 @@ fn points<W: Width, T>(w: W, searches: &[T], of: impl Fn(&T) -> Point) -> Points
     )
 }
 
-/// The run of each search.
-fn runs_of<'a, T>(
-    searches: &[T],
-    room: &'a mut [usize; MOST_LANES],
-    of: impl Fn(&T) -> usize,
-) -> &'a [usize] {
-    for (run, search) in room.iter_mut().zip(searches) {
-        *run = of(search);
-    }
-    &room[..searches.len()]
-}
-
 /// Finds zeros by false position (Illinois), one a lane.
 #[inline(always)]
 fn find_zeros<W: Width>(w: W, zeros: &mut [Zero], response: &impl Response) {
-    let mut runs = [0; MOST_LANES];
-    let runs = runs_of(zeros, &mut runs, |zero| zero.run);
+    let lanes = zeros.len();
+    let runs: [usize; MOST_LANES] = core::array::from_fn(|lane| zeros[lane.min(lanes - 1)].run);
     let border = [0, 1, 2].map(|k| gathered(w, zeros, |zero| zero.border()[k]));
     let [centre, squared, size] = border;
     let (zero, half) = (w.splat(0.0), w.splat(0.5));
@@ -191,10 +179,10 @@ fn find_zeros<W: Width>(w: W, zeros: &mut [Zero], response: &impl Response) {
     let (mut b, to) = points(w, zeros, |zero| zero.ends[1]);
     let (mut fa, mut fb) = (excess(from), excess(to));
     let mut found = [b, to.re, to.im];
-    let mut open = u64::MAX >> (u64::BITS as usize - runs.len());
+    let mut open = u64::MAX >> (u64::BITS as usize - lanes);
     for _ in 0..MOST_ROOT_STEPS {
         let x = b - fb * (b - a) / (fb - fa);
-        let value = response.at(w, runs, x);
+        let value = response.at(w, &runs[..lanes], x);
         let fx = excess(value);
         let is_open = w.lanes(open);
         for (found, here) in found.iter_mut().zip([x, value.re, value.im]) {
@@ -225,12 +213,12 @@ fn find_zeros<W: Width>(w: W, zeros: &mut [Zero], response: &impl Response) {
 fn find_minima<W: Width>(w: W, minima: &mut [Minimum], response: &impl Response) {
     for minimum in &mut *minima {
         // The nearest first.
-        let distance = |point: &Point| squared_distance(point.1);
+        let distance = |point: &Point| (point.1 + 1.0).norm_sqr();
         let three = &mut minimum.three;
         three.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
     }
-    let mut runs = [0; MOST_LANES];
-    let runs = runs_of(minima, &mut runs, |minimum| minimum.run);
+    let lanes = minima.len();
+    let runs: [usize; MOST_LANES] = core::array::from_fn(|lane| minima[lane.min(lanes - 1)].run);
     let [lowest, highest] = [0, 1].map(|k| gathered(w, minima, |minimum| minimum.within[k]));
     let mut three = [0, 1, 2].map(|k| points(w, minima, |minimum| minimum.three[k]));
     let squared = |value: Complex<W::Vector>| {
@@ -248,7 +236,7 @@ fn find_minima<W: Width>(w: W, minima: &mut [Minimum], response: &impl Response)
         let along = x1 - x0;
         Complex::new((l1.re - l0.re) / along, (l1.im - l0.im) / along)
     };
-    let mut open = u64::MAX >> (u64::BITS as usize - runs.len());
+    let mut open = u64::MAX >> (u64::BITS as usize - lanes);
     for _ in 0..MOST_STEPS {
         let [(x1, l1), (x0, _), (x2, _)] = three;
         let (slope_0, slope_2) = (slope(three[0], three[1]), slope(three[2], three[0]));
@@ -267,7 +255,7 @@ fn find_minima<W: Width>(w: W, minima: &mut [Minimum], response: &impl Response)
         if open == 0 {
             break;
         }
-        let here = (x, response.at(w, runs, x));
+        let here = (x, response.at(w, &runs[..lanes], x));
         let (before, after) = (squared(l1), squared(here.1));
         // The farthest of the four goes.
         let (is_open, is_nearer) = (w.lanes(open), w.greater(before, after));
@@ -286,12 +274,6 @@ fn find_minima<W: Width>(w: W, minima: &mut [Minimum], response: &impl Response)
     for (lane, minimum) in minima.iter_mut().enumerate() {
         minimum.found = (at.as_ref()[lane], value.as_ref()[lane]);
     }
-}
-
-/// `|1 + L|²`.
-fn squared_distance(value: Complex<f64>) -> f64 {
-    let re = 1.0 + value.re;
-    re * re + value.im * value.im
 }
 
 /// The h near 0 at which `|e + s·h + c·h²|` is smallest, by Newton on the

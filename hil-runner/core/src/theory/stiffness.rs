@@ -29,50 +29,32 @@ use plant::with_four;
 
 use super::characteristic::LoopGains;
 use super::curve::{Curve, NEAR};
-use super::family::{FamilyKey, LoopFamily, Parts, Room};
+use super::family::{LoopFamily, Parts, Room};
 use super::held::on_circle;
-use super::linear_axis::{LinearAxis, Shaft};
+use super::linear_axis::Shaft;
 use super::search::LaneByLane;
 
 /// `x/F` of all loops of a family, on its grid.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Compliance {
-    axis: LinearAxis,
-    period_s: f64,
-    delay_s: f64,
     /// `G_xF` \[m/N\].
     free: Parts,
     /// `G_xu·H·C·G_αF` of each gain alone, without a filter.
     parts: [Parts; 3],
 }
 
-/// Ratio of frequencies below the grid, and their largest number.
-const RATIO: f64 = 1.2;
-const MOST_BELOW: usize = 320;
-/// They end where |L| is above this: the stiffness without K_i is there its static one
-/// but for 1e-8.
+/// Frequencies below the grid begin where |L| is above this: the stiffness without K_i is
+/// there its static one but for 1e-8.
 const LOUD: f64 = 1e4;
 
 impl Compliance {
-    pub(crate) fn new(key: &FamilyKey, family: &LoopFamily) -> Self {
-        Self::of_axis(&key.axis, key.timing_s(), family)
-    }
-
-    /// The same of a family that has no case.
-    pub(crate) fn of_axis(
-        axis: &LinearAxis,
-        [period_s, delay_s]: [f64; 2],
-        family: &LoopFamily,
-    ) -> Self {
+    pub(crate) fn new(family: &LoopFamily) -> Self {
         let mut compliance = Self {
-            axis: *axis,
-            period_s,
-            delay_s,
             free: Parts::default(),
             parts: Default::default(),
         };
         for &theta in &family.theta {
-            let (free, parts) = compliance.parts_at(theta, on_circle(theta));
+            let (free, parts) = Self::parts_at(family, theta, on_circle(theta));
             compliance.free.push(free);
             for (of, part) in compliance.parts.iter_mut().zip(parts) {
                 of.push(part);
@@ -81,9 +63,24 @@ impl Compliance {
         compliance
     }
 
+    /// `x/F` at an angle \[m/N\].
+    pub(crate) fn at(family: &LoopFamily, gains: &LoopGains, theta: f64) -> Complex<f64> {
+        let w = on_circle(theta);
+        let (free, [p, i, d]) = Self::parts_at(family, theta, w);
+        let a = gains.smoothing;
+        let filter = (w + 1.0) * a / (w + a);
+        let fed_back =
+            p * gains.kp_v_per_rad + i * gains.ki_v_per_rads + d * filter * gains.kd_vs_per_rad;
+        free - fed_back / (family.at_circle(gains, w) + 1.0)
+    }
+
     /// `G_xF`, and `G_xu·H·C·G_αF` of each gain alone, at an angle and its `w = e^{jθ} − 1`.
-    fn parts_at(&self, theta: f64, w: Complex<f64>) -> (Complex<f64>, [Complex<f64>; 3]) {
-        let (axis, t) = (&self.axis, self.period_s);
+    fn parts_at(
+        family: &LoopFamily,
+        theta: f64,
+        w: Complex<f64>,
+    ) -> (Complex<f64>, [Complex<f64>; 3]) {
+        let (axis, t) = (&family.axis, family.period_s);
         let s = Complex::new(0.0, theta / t);
         let [gear, screw] = axis.answers(s);
         let [screw_per_command, screw_per_force] = screw;
@@ -97,23 +94,12 @@ impl Compliance {
             Shaft::Screw => screw_per_force / axis.gear_ratio,
         };
         let z = w + 1.0;
-        let (sin, cos) = libm::sincos(theta * (self.delay_s / t));
+        let (sin, cos) = libm::sincos(theta * (family.delay_s / t));
         // 1 − e^{−jθ} = −w*
         let hold = -w.conj() / Complex::new(0.0, theta) * Complex::new(cos, -sin);
         let acts = per_command * hold;
         let held = acts * position;
         (free, [held, held * (z / w * t), acts * motor * (w / z / t)])
-    }
-
-    /// `x/F` at an angle \[m/N\].
-    pub(crate) fn at(&self, family: &LoopFamily, gains: &LoopGains, theta: f64) -> Complex<f64> {
-        let w = on_circle(theta);
-        let (free, [p, i, d]) = self.parts_at(theta, w);
-        let a = gains.smoothing;
-        let filter = (w + 1.0) * a / (w + a);
-        let fed_back =
-            p * gains.kp_v_per_rad + i * gains.ki_v_per_rads + d * filter * gains.kd_vs_per_rad;
-        free - fed_back / (family.at_circle(gains, w) + 1.0)
     }
 
     /// The least stiffness up to the middle of the sampled spectrum \[N/µm\] of each of
@@ -130,7 +116,7 @@ impl Compliance {
             .map(|gains| self.look_over(family, room, gains));
         let units: Vec<f64> = units.collect();
         room.finds.search(&LaneByLane(|run: usize, theta| {
-            in_units(self.at(family, &gains[run], theta), units[run])
+            in_units(Self::at(family, &gains[run], theta), units[run])
         }));
         let moduli = room.finds.moduli().into_iter().zip(&units);
         moduli
@@ -158,22 +144,20 @@ impl Compliance {
         let mut theta = &family.theta;
         let with_lower;
         if place == 0 {
-            let lower = self.lower(family, gains);
-            let angles = lower.iter().map(|at| at.0);
-            with_lower = angles.chain(theta.iter().copied()).collect();
+            let mut lower = family.below(gains, LOUD);
+            for (theta, value) in &mut lower {
+                *value = Self::at(family, gains, *theta);
+            }
+            with_lower = family.carried_on(&lower, compliance);
             theta = &with_lower;
-            compliance.re.splice(0..0, lower.iter().map(|at| at.1.re));
-            compliance.im.splice(0..0, lower.iter().map(|at| at.1.im));
             (_, size) = largest(compliance);
         }
         let (unit, near) = (size.sqrt(), near(compliance, size));
         stiffness.re.clear();
         stiffness.im.clear();
-        for (re, im) in compliance.re[near.clone()]
-            .iter()
-            .zip(&compliance.im[near.clone()])
-        {
-            stiffness.push(in_units(Complex::new(*re, *im), unit));
+        for i in near.clone() {
+            let at = Complex::new(compliance.re[i], compliance.im[i]);
+            stiffness.push(in_units(at, unit));
         }
         finds.add_modulus(&Curve {
             frequency: &theta[near],
@@ -182,20 +166,6 @@ impl Compliance {
             ends_real: false,
         });
         unit
-    }
-
-    /// Rising angles below the grid, and `x/F` there.
-    fn lower(&self, family: &LoopFamily, gains: &LoopGains) -> Vec<(f64, Complex<f64>)> {
-        let (mut theta, mut lower) = (family.theta[0], Vec::new());
-        for _ in 0..MOST_BELOW {
-            theta /= RATIO;
-            lower.push((theta, self.at(family, gains, theta)));
-            if family.at(gains, theta).norm_sqr() > LOUD * LOUD {
-                break;
-            }
-        }
-        lower.reverse();
-        lower
     }
 }
 
@@ -219,15 +189,14 @@ fn closed(free: &Parts, l: &Parts, compliance: &mut Parts) {
 
 /// Place and squared size of the largest.
 fn largest(points: &Parts) -> (usize, f64) {
-    let sizes = points
-        .re
-        .iter()
-        .zip(&points.im)
-        .map(|(re, im)| re * re + im * im);
-    sizes.enumerate().fold(
-        (0, 0.0),
-        |most, here| if here.1 > most.1 { here } else { most },
-    )
+    let mut most = (0, 0.0);
+    for (place, (re, im)) in points.re.iter().zip(&points.im).enumerate() {
+        let size = re * re + im * im;
+        if size > most.1 {
+            most = (place, size);
+        }
+    }
+    most
 }
 
 /// The points within which the least stiffness is, and two more to each side: those at

@@ -1,4 +1,4 @@
-//! The linear sampled loop against eigenvalues and brute force.
+//! The linear sampled loop against brute force.
 
 use std::f64::consts::PI;
 
@@ -9,111 +9,9 @@ use super::super::characteristic::LoopGains;
 use super::super::family::LoopFamily;
 use super::super::held::HeldStep;
 use super::super::linear_axis::{JointState, LinearAxis};
-use super::super::noise::ClosedLoop;
 use super::Draw;
 use crate::number::seconds;
 use plant::{Amplifier, Joint};
-
-/// Largest magnitude of the closed loop's poles, by the QR algorithm on its
-/// matrix; the integrator is left out where it drives nothing.
-pub(super) fn spectral_radius(
-    axis: &LinearAxis,
-    gains: &LoopGains,
-    period_s: f64,
-    delay_s: f64,
-) -> f64 {
-    let largest = |poles: &[Complex<f64>]| {
-        let magnitudes = poles.iter().map(|z| z.norm_sqr().sqrt());
-        magnitudes.fold(0.0, f64::max)
-    };
-    fn poles<const N: usize, const D: usize>(
-        axis: &LinearAxis,
-        gains: &LoopGains,
-        (period_s, delay_s): (f64, f64),
-    ) -> SMatrix<f64, D, D> {
-        let step = HeldStep::<N>::new(axis, period_s, delay_s);
-        let closed = ClosedLoop::<D>::new(&step, gains, axis.gear_ratio, period_s);
-        without_idle_integrator(closed.transition, N + 1, gains)
-    }
-    let timing_s = (period_s, delay_s);
-    match axis.states() {
-        2 => largest(
-            poles::<2, 5>(axis, gains, timing_s)
-                .complex_eigenvalues()
-                .as_slice(),
-        ),
-        3 => largest(
-            poles::<3, 6>(axis, gains, timing_s)
-                .complex_eigenvalues()
-                .as_slice(),
-        ),
-        4 => largest(
-            poles::<4, 7>(axis, gains, timing_s)
-                .complex_eigenvalues()
-                .as_slice(),
-        ),
-        5 => largest(
-            poles::<5, 8>(axis, gains, timing_s)
-                .complex_eigenvalues()
-                .as_slice(),
-        ),
-        _ => largest(
-            poles::<6, 9>(axis, gains, timing_s)
-                .complex_eigenvalues()
-                .as_slice(),
-        ),
-    }
-}
-
-fn without_idle_integrator<const D: usize>(
-    mut transition: SMatrix<f64, D, D>,
-    integrator: usize,
-    gains: &LoopGains,
-) -> SMatrix<f64, D, D> {
-    if gains.ki_v_per_rads == 0.0 {
-        transition.row_mut(integrator).fill(0.0);
-        transition.column_mut(integrator).fill(0.0);
-    }
-    transition
-}
-
-#[test]
-fn stability_agrees_with_eigenvalues() {
-    let mut draw = Draw::new(1);
-    let (mut counts, mut unclear, mut odd) = ([0_u32; 2], 0_u32, Vec::new());
-    for trial in 0..10_000 {
-        let mut axis = draw.axis();
-        if trial % 5 == 0 {
-            axis.transmission.joint = Joint::Rigid;
-        }
-        let joint = match trial % 3 {
-            0 if trial % 5 != 0 => JointState::Gap,
-            _ => JointState::Contact,
-        };
-        let gains = draw.gains();
-        let period_ns = draw.decades(1e3, 1e7).round() as u64;
-        let delay_ns = match trial % 4 {
-            0 => 0,
-            1 => period_ns,
-            _ => (draw.uniform() * period_ns as f64) as u64,
-        };
-        let amplifier = draw.amplifier(trial / 5 % 3);
-        let timing_ns = [period_ns, delay_ns];
-        let family = LoopFamily::new(&axis, &amplifier, timing_ns, joint).unwrap();
-        let linear = LinearAxis::new(&axis, &amplifier, joint).unwrap();
-        let (period_s, delay_s) = (seconds(period_ns), seconds(delay_ns));
-        let radius = spectral_radius(&linear, &gains, period_s, delay_s);
-        let stable = family.is_stable(&gains);
-        if stable != (radius < 1.0) {
-            odd.push((radius - 1.0, period_ns, stable));
-        }
-        counts[usize::from(stable)] += 1;
-        unclear += u32::from((radius - 1.0).abs() < 1e-9);
-    }
-    println!("unstable, stable: {counts:?}; within 1e-9 of the circle: {unclear}; odd: {odd:?}");
-    assert!(odd.iter().all(|(off, _, _)| off.abs() < 1e-9), "{odd:?}");
-    assert!(counts[0] > 2000 && counts[1] > 2000, "{counts:?}");
-}
 
 /// `L(e^{jθ})` by solving with the whole matrix in z.
 fn solved(step: &HeldStep<5>, z_gear: f64, gains: &LoopGains, t: f64, theta: f64) -> Complex<f64> {
@@ -140,12 +38,10 @@ fn modulus_margin_agrees_with_brute_force() {
         let gains = draw.gains();
         let period_ns = draw.decades(1e4, 1e7).round() as u64;
         let delay_ns = [0, period_ns / 3, period_ns][trial % 3];
-        let (amplifier, joint) = (Amplifier::default(), JointState::Contact);
-        let timing_ns = [period_ns, delay_ns];
-        let family = LoopFamily::new(&axis, &amplifier, timing_ns, joint).unwrap();
-        let linear = LinearAxis::new(&axis, &amplifier, joint).unwrap();
-        let t = seconds(period_ns);
-        let step = HeldStep::<5>::new(&linear, t, seconds(delay_ns));
+        let linear = LinearAxis::new(&axis, &Amplifier::default(), JointState::Contact).unwrap();
+        let [t, delay_s] = [period_ns, delay_ns].map(seconds);
+        let family = LoopFamily::of_axis(&linear, t, delay_s);
+        let step = HeldStep::<5>::new(&linear.system(), t, delay_s);
         let distance = |theta: f64| {
             let l = solved(&step, linear.gear_ratio, &gains, t, theta);
             (l + 1.0).norm_sqr().sqrt()

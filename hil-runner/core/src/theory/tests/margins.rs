@@ -6,9 +6,9 @@ use nalgebra::Complex;
 use plant::{Amplifier, AxisParameters, Control, Joint};
 
 use super::super::characteristic::LoopGains;
-use super::super::family::{FamilyKey, LoopError, LoopFamily};
-use super::super::linear_axis::JointState;
-use super::{Draw, case};
+use super::super::family::{FamilyKey, LoopFamily};
+use super::super::linear_axis::{JointState, LinearAxis};
+use super::case;
 use crate::case::{Case, ComputationDelay};
 use crate::number::seconds;
 use crate::options::Feedback;
@@ -97,23 +97,20 @@ fn gain_and_phase_margin_lead_to_the_border() {
 }
 
 #[test]
-fn what_cannot_be_is_refused() {
-    let mut axis = Draw::new(4).axis();
-    let new = |axis: &AxisParameters, period, delay, joint| {
-        LoopFamily::new(axis, &Amplifier::default(), [period, delay], joint).err()
+fn what_cannot_be_has_no_family() {
+    let has_family = |sets: &[&str], [period_ns, delay_ns]: [u64; 2], joint| {
+        let mut case = case("paper-2", sets);
+        case.controller.sample_time_ns = Some(period_ns);
+        case.controller.computation_delay = ComputationDelay::Fixed(delay_ns);
+        LoopFamily::of(&case, joint).is_some()
     };
-    assert_eq!(new(&axis, 1000, 1000, JointState::Gap), None);
-    let found = new(&axis, 0, 0, JointState::Contact);
-    assert_eq!(found, Some(LoopError::NoSampleTime));
-    let late = LoopError::DelayBeyondSample {
-        delay_ns: 1001,
-        period_ns: 1000,
-    };
-    assert_eq!(new(&axis, 1000, 1001, JointState::Contact), Some(late));
-    axis.transmission.joint = Joint::Rigid;
-    let found = new(&axis, 1000, 0, JointState::Gap);
-    assert_eq!(found, Some(LoopError::RigidHasNoGap));
-    println!("{}; {late}", LoopError::RigidHasNoGap);
+    let (contact, gap) = (JointState::Contact, JointState::Gap);
+    assert!(has_family(&[], [1000, 1000], gap));
+    assert!(!has_family(&[], [0, 0], contact));
+    assert!(!has_family(&[], [1000, 1001], contact));
+    let rigid = &["transmission.joint=rigid"];
+    assert!(has_family(rigid, [1000, 0], contact));
+    assert!(!has_family(rigid, [1000, 0], gap));
 }
 
 /// Equal keys for equal families, and no other.
@@ -142,7 +139,10 @@ fn keys_tell_families_apart() {
     axis.carriage.resistance.constant_n = 5.0;
     assert_eq!(key(&axis), key(&case.axis));
     // Two masses of one inertia, to the last bit, are one family.
-    let family = |axis: &AxisParameters| LoopFamily::new(axis, &amplifier, [1000, 0], contact);
+    let family = |axis: &AxisParameters| {
+        let axis = LinearAxis::new(axis, &amplifier, contact).unwrap();
+        LoopFamily::of_axis(&axis, 1e-6, 0.0)
+    };
     for change in [1e-15, 1e-12] {
         axis.carriage.mass_kg = case.axis.carriage.mass_kg * (1.0 + change);
         let same = key(&axis) == key(&case.axis);

@@ -17,7 +17,7 @@ const STATES: usize = 6;
 /// With the code that is held, and a force on the carriage as cosine and sine.
 const HELD: usize = STATES + 3;
 /// With what the controller remembers: the last code, S, v and the last α.
-pub(super) const ALL: usize = STATES + 4;
+const ALL: usize = STATES + 4;
 type Smooth = SMatrix<f64, HELD, HELD>;
 
 /// `e^A`, by its series for a part of A and squaring.
@@ -201,11 +201,32 @@ impl Loop {
         own
     }
 
-    /// Transition from sample to sample without a force.
-    pub(super) fn transition(&self) -> SMatrix<f64, ALL, ALL> {
+    /// The axis over the delay, and over the rest of a sample, without a force.
+    fn held(&self) -> [Smooth; 2] {
         let a = self.system(0.0);
-        let late = exponential(&(a * self.delay_s));
-        let rest = exponential(&(a * (self.period_s - self.delay_s)));
+        [self.delay_s, self.period_s - self.delay_s].map(|held_s| exponential(&(a * held_s)))
+    }
+
+    /// A sample with `added` on its code; the code of the law itself.
+    fn sample(
+        &self,
+        [late, rest]: &[Smooth; 2],
+        x: &mut SVector<f64, HELD>,
+        memory: &mut [f64; 4],
+        added: f64,
+    ) -> f64 {
+        let last = memory[0];
+        let own = self.control(x, memory, added);
+        x[STATES] = last;
+        *x = late * *x;
+        x[STATES] = memory[0];
+        *x = rest * *x;
+        own
+    }
+
+    /// Transition from sample to sample without a force.
+    fn transition(&self) -> SMatrix<f64, ALL, ALL> {
+        let held = self.held();
         let mut transition = SMatrix::zeros();
         for column in 0..ALL {
             let mut x = SVector::<f64, HELD>::zeros();
@@ -214,12 +235,7 @@ impl Loop {
                 0..STATES => x[column] = 1.0,
                 _ => memory[column - STATES] = 1.0,
             }
-            let last = memory[0];
-            self.control(&x, &mut memory, 0.0);
-            x[STATES] = last;
-            x = late * x;
-            x[STATES] = memory[0];
-            x = rest * x;
+            self.sample(&held, &mut x, &mut memory, 0.0);
             for row in 0..STATES {
                 transition[(row, column)] = x[row];
             }
@@ -237,6 +253,13 @@ impl Loop {
         if self.gains.ki_v_per_rads == 0.0 {
             transition[(STATES + 1, STATES + 1)] = 0.0;
         }
+        for state in 0..STATES {
+            // What the axis does not have moves nothing but itself.
+            let own = transition[(state, state)];
+            if transition.row(state).abs().sum() == own.abs() {
+                transition[(state, state)] = 0.0;
+            }
+        }
         balance_parlett_reinsch(&mut transition);
         let schur = Schur::try_new(transition, f64::EPSILON, 1000)?;
         let poles = schur.complex_eigenvalues();
@@ -248,25 +271,18 @@ impl Loop {
     /// itself against those that leave it. θ is `turns` turns in `samples`, a whole number
     /// of both.
     pub(super) fn measured(&self, turns: u32, samples: u32, settle: u32) -> Complex<f64> {
-        let a = self.system(0.0);
-        let late = exponential(&(a * self.delay_s));
-        let rest = exponential(&(a * (self.period_s - self.delay_s)));
+        let held = self.held();
         let (mut x, mut memory) = (SVector::<f64, HELD>::zeros(), [0.0; 4]);
         let (mut own, mut left) = (Complex::from(0.0), Complex::from(0.0));
         let settle = settle.next_multiple_of(samples);
         for k in 0..settle + samples {
             let phi = TAU * f64::from(turns * (k % samples) % samples) / f64::from(samples);
-            let last = memory[0];
-            let law = self.control(&x, &mut memory, phi.cos());
+            let law = self.sample(&held, &mut x, &mut memory, phi.cos());
             if k >= settle {
                 let turn = Complex::new(phi.cos(), -phi.sin());
                 own += turn * law;
                 left += turn * memory[0];
             }
-            x[STATES] = last;
-            x = late * x;
-            x[STATES] = memory[0];
-            x = rest * x;
         }
         -own / left
     }
@@ -329,7 +345,7 @@ fn stability_with_options_agrees_with_the_matrix() {
     let mut draw = Draw::new(21);
     let (mut counts, mut odd, mut without) = ([0_u32; 2], Vec::new(), [0_u32; 2]);
     let mut unknown = 0;
-    for trial in 0..4000 {
+    for trial in 0..10_000 {
         let period_s = draw.decades(1e-6, 1e-2);
         let case = Loop::draw(&mut draw, trial, period_s);
         let axis = case.linear();
@@ -353,13 +369,13 @@ fn stability_with_options_agrees_with_the_matrix() {
         motor.position_of = Shaft::Motor;
         without[1] += u32::from(stable(&motor, &case.gains) != found);
     }
-    assert!(unknown < 40, "{unknown}");
+    assert!(unknown < 100, "{unknown}");
     println!(
         "{unknown} unknown; unstable, stable: {counts:?}; odd {odd:?}; other without filter, screw {without:?}"
     );
     assert!(odd.iter().all(|(off, _)| off.abs() < 1e-9), "{odd:?}");
-    assert!(counts.iter().all(|&n| n > 800), "{counts:?}");
-    assert!(without.iter().all(|&n| n > 20), "{without:?}");
+    assert!(counts.iter().all(|&n| n > 2000), "{counts:?}");
+    assert!(without.iter().all(|&n| n > 50), "{without:?}");
 }
 
 /// L against the steady state of a simulated sine, and the loops without filter or screw,

@@ -15,7 +15,7 @@ mod stiffness;
 mod swing;
 
 use plant::{
-    Amplifier, AxisParameters, Carriage, Control, ElasticJoint, Joint, Motor, Resistance,
+    Amplifier, AxisParameters, Carriage, Control, ElasticJoint, Joint, Motor, PidGains, Resistance,
     Transmission,
 };
 use rand_pcg::Pcg64Mcg;
@@ -42,6 +42,13 @@ fn rows(case: &Case) -> Vec<Row> {
     })
     .unwrap();
     rows
+}
+
+/// All gains times a factor.
+fn scale(gains: &mut PidGains, factor: f64) {
+    for gain in [&mut gains.kp, &mut gains.ki_per_s, &mut gains.kd_s] {
+        *gain *= factor;
+    }
 }
 
 /// Random numbers, the same in every run.

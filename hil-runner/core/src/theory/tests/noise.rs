@@ -3,7 +3,7 @@
 
 use super::super::noise::NoiseFigures;
 use super::super::quantisation_noise;
-use super::{case, rows};
+use super::{case, rows, scale};
 use crate::case::{Case, Law};
 use crate::trace::Row;
 
@@ -60,10 +60,7 @@ fn ratios(name: &str, predicted: &NoiseFigures, measured: &NoiseFigures) -> [f64
 fn with_fine_encoder(mut case: Case) -> Case {
     let fine = 1000.0;
     case.encoder.counts_per_rad *= fine;
-    let gains = &mut case.controller.gains;
-    gains.kp /= fine;
-    gains.ki_per_s /= fine;
-    gains.kd_s /= fine;
+    scale(&mut case.controller.gains, 1.0 / fine);
     case
 }
 
@@ -71,10 +68,7 @@ fn with_fine_codes(mut case: Case) -> Case {
     let fine = 1000.0;
     case.dac.step_v /= fine;
     case.dac.bits = 24;
-    let gains = &mut case.controller.gains;
-    gains.kp *= fine;
-    gains.ki_per_s *= fine;
-    gains.kd_s *= fine;
+    scale(&mut case.controller.gains, fine);
     case
 }
 

@@ -2,9 +2,9 @@
 
 use super::super::characteristic::LoopGains;
 use super::super::family::LoopFamily;
-use super::super::linear_axis::{JointState, LinearAxis};
-use super::linear::spectral_radius;
-use super::{case, rows};
+use super::super::linear_axis::JointState;
+use super::matrices::Loop;
+use super::{case, rows, scale};
 use crate::number::seconds;
 
 /// Growth of the closed loop's slowest mode in a sample, from the screw's
@@ -52,14 +52,20 @@ fn two_per_cent_beside_the_border() {
         let gains = LoopGains::of(&case);
         let border = family.margin(&gains).gain.unwrap();
         let written = case.controller.gains;
-        let linear = LinearAxis::new(&case.axis, &case.amplifier, JointState::Contact).unwrap();
-        let period_s = seconds(case.controller.sample_time_ns.unwrap());
-        let delay_s = seconds(case.controller.computation_delay.fixed_ns().unwrap());
+        let mut linear = Loop {
+            axis: case.axis,
+            amplifier: case.amplifier,
+            joint: JointState::Contact,
+            dual: false,
+            gains,
+            period_s: seconds(case.controller.sample_time_ns.unwrap()),
+            delay_s: seconds(case.controller.computation_delay.fixed_ns().unwrap()),
+        };
         for factor in [0.98 * border, 1.02 * border] {
-            case.controller.gains.kp = factor * written.kp;
-            case.controller.gains.ki_per_s = factor * written.ki_per_s;
-            case.controller.gains.kd_s = factor * written.kd_s;
-            let predicted = spectral_radius(&linear, &gains.times(factor), period_s, delay_s);
+            case.controller.gains = written;
+            scale(&mut case.controller.gains, factor);
+            linear.gains = gains.times(factor);
+            let predicted = linear.radius().unwrap();
             let measured = growth_per_sample(&case);
             println!(
                 "{sets:?}: {:.2} of the border, pole {predicted:.6}, simulated {measured:.6}",

@@ -5,7 +5,7 @@ use super::super::{
     Cycle, CycleStability, JointState, dac_cycle, dac_cycles, encoder_cycle, encoder_cycles, margin,
 };
 use super::swing::{off, report, swing};
-use super::{case, rows};
+use super::{case, rows, scale};
 use crate::case::Case;
 use crate::runfile;
 
@@ -30,10 +30,7 @@ fn on_the_edge(sets: &[&str], gain_margin: f64, coarse_encoder: bool) -> Case {
         factor /= fine;
         case.encoder.counts_per_rad *= fine;
     }
-    let gains = &mut case.controller.gains;
-    gains.kp *= factor;
-    gains.ki_per_s *= factor;
-    gains.kd_s *= factor;
+    scale(&mut case.controller.gains, factor);
     case
 }
 
@@ -143,10 +140,7 @@ fn steps_of_the_converter_under_a_weight() {
         let mut case = runfile::parse("limit-cycle.toml", file, &sets).unwrap();
         let fine = 1000.0;
         case.encoder.counts_per_rad *= fine;
-        let gains = &mut case.controller.gains;
-        gains.kp /= fine;
-        gains.ki_per_s /= fine;
-        gains.kd_s /= fine;
+        scale(&mut case.controller.gains, 1.0 / fine);
         let cycle = dac_cycle(&case).unwrap();
         let swing = swing(&case, 6.0, cycle.period_s);
         let [carriage, motor, period] = report(&format!("{:?}", &sets[2..]), &cycle, &swing);
@@ -190,9 +184,7 @@ fn a_motor_in_its_gap_leaves_the_carriage_alone() {
     let open = margin(&case, JointState::Gap).unwrap();
     let factor = open.gain.unwrap() / 1.2;
     let mut edge = case.clone();
-    edge.controller.gains.kp *= factor;
-    edge.controller.gains.ki_per_s *= factor;
-    edge.controller.gains.kd_s *= factor;
+    scale(&mut edge.controller.gains, factor);
     let all = encoder_cycles(&edge);
     println!("{all:?}");
     assert!(!all.is_empty());

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::super::Loops;
 use super::super::characteristic::LoopGains;
-use super::super::family::{FamilyKey, LoopFamily, Room};
+use super::super::family::{LoopFamily, Room};
 use super::super::linear_axis::JointState;
 use super::super::stiffness::Compliance;
 use super::loops::DUAL;
@@ -12,10 +12,8 @@ use super::matrices::{Loop, settling};
 use super::{Draw, case};
 use plant::Joint;
 
-fn of(case: &Loop) -> (LoopFamily, Compliance) {
-    let family = LoopFamily::of_axis(&case.linear(), case.period_s, case.delay_s);
-    let compliance = Compliance::of_axis(&case.linear(), [case.period_s, case.delay_s], &family);
-    (family, compliance)
+fn family_of(case: &Loop) -> LoopFamily {
+    LoopFamily::of_axis(&case.linear(), case.period_s, case.delay_s)
 }
 
 /// `F/x` against the fundamental of the simulated steady state; without the hold's half
@@ -43,9 +41,9 @@ fn stiffness_is_that_of_a_simulated_force() {
         let turns = 1 + (draw.uniform() * f64::from(samples / 2 - 1)) as u32;
         let theta = TAU * f64::from(turns) / f64::from(samples);
         let measured = case.measured_stiffness(turns, samples, settling(radius), FINE);
-        let (family, compliance) = of(&case);
+        let family = family_of(&case);
         let off = |gains: &LoopGains, theta: f64| {
-            let found = compliance.at(&family, gains, theta).inv();
+            let found = Compliance::at(&family, gains, theta).inv();
             ((found - measured) / measured).norm_sqr().sqrt()
         };
         worst = worst.max(off(&case.gains, theta));
@@ -58,8 +56,7 @@ fn stiffness_is_that_of_a_simulated_force() {
         }
         let mut other = case;
         other.delay_s = if case.delay_s > 0.0 { 0.0 } else { period_s };
-        let (family, compliance) = of(&other);
-        let found = compliance.at(&family, &case.gains, theta).inv();
+        let found = Compliance::at(&family_of(&other), &case.gains, theta).inv();
         let off = ((found - measured) / measured).norm_sqr().sqrt();
         late += u32::from(off > 100.0 * MOST);
     }
@@ -81,14 +78,14 @@ fn least_stiffness_agrees_with_brute_force() {
         let period_s = draw.decades(1e-5, 1e-2);
         let mut case = Loop::draw(&mut draw, trial, period_s);
         case.joint = JointState::Contact;
-        let (family, compliance) = of(&case);
+        let family = family_of(&case);
         if !family.is_stable(&case.gains) {
             continue;
         }
         let room = &mut Room::default();
-        let least = compliance.least_n_per_um(&family, room, &[case.gains])[0];
+        let least = Compliance::new(&family).least_n_per_um(&family, room, &[case.gains])[0];
         let size = |theta: f64| {
-            let x = compliance.at(&family, &case.gains, theta);
+            let x = Compliance::at(&family, &case.gains, theta);
             1e-6 / x.norm_sqr().sqrt()
         };
         let n = 4000;
@@ -130,11 +127,9 @@ fn without_an_integrator_there_is_a_static_stiffness() {
             1.0 / joint.stiffness_nm_per_rad
         };
         let wanted = 1e-6 / (p * p * (1.0 / held + series));
-        let key = FamilyKey::of(&case, JointState::Contact).unwrap();
         let family = LoopFamily::of(&case, JointState::Contact).unwrap();
-        let compliance = Compliance::new(&key, &family);
         let gains = LoopGains::of(&case);
-        let at_rest = compliance.at(&family, &gains, 1e-6);
+        let at_rest = Compliance::at(&family, &gains, 1e-6);
         let off = 1e-6 / at_rest.norm_sqr().sqrt() / wanted - 1.0;
         let least = Loops::default().figures(&case).least_stiffness_n_per_um;
         println!("{wanted} N/µm, least {least:?}, off by {off:.1e}");
