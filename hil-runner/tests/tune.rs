@@ -146,7 +146,7 @@ fn threads_and_interruptions_change_no_byte() {
     let refused = tune_two();
     assert_eq!(refused.status.code(), Some(2));
     assert!(
-        stderr(&refused).contains("not what the tune writes there"),
+        stderr(&refused).contains("settings.csv:3: this is not what the tune writes there"),
         "{}",
         stderr(&refused)
     );

@@ -53,6 +53,8 @@ type Line = (Vec<f64>, Vec<Option<f64>>, u64);
 pub(super) struct SettingsFile {
     path: PathBuf,
     file: File,
+    /// Line of its first setting, from 1.
+    first: usize,
     known: VecDeque<Line>,
     read: usize,
 }
@@ -80,7 +82,7 @@ impl SettingsFile {
         let mut file = options.open(&path).map_err(io)?;
         let mut text = Vec::new();
         file.read_to_end(&mut text).map_err(io)?;
-        let mut known = VecDeque::new();
+        let (first, mut known) = (head.lines().count() + 1, VecDeque::new());
         let mut whole = 0;
         if !head.as_bytes().starts_with(&text) {
             // A line without its end was cut off.
@@ -90,7 +92,7 @@ impl SettingsFile {
             let Some(lines) = lines.and_then(|text| text.strip_prefix(head.as_str())) else {
                 return Err(SettingsError::Other(path));
             };
-            for (line, number) in lines.lines().zip(head.lines().count() + 1..) {
+            for (line, number) in lines.lines().zip(first..) {
                 let setting = parse(line, problem);
                 known.push_back(setting.ok_or_else(|| SettingsError::Damaged {
                     path: path.clone(),
@@ -107,6 +109,7 @@ impl SettingsFile {
         Ok(Self {
             path,
             file,
+            first,
             known,
             read,
         })
@@ -145,10 +148,10 @@ impl SettingsFile {
                 break;
             };
             if asked != values {
-                let line = self.read - self.known.len();
                 return Err(SettingsError::Damaged {
                     path: self.path.clone(),
-                    line,
+                    // This setting is no longer among the known ones.
+                    line: self.first + self.read - self.known.len() - 1,
                 });
             }
             seen.push(problem.judge(values, figures, runs));
