@@ -293,7 +293,11 @@ impl Plant {
 
     /// From now on the force of that place acts.
     fn change_force(&mut self, place: usize) {
-        let (from_n, to_n) = (self.now.axis.load_force_n, self.forces[place].1);
+        // None changes at the last nanosecond that can be counted.
+        let Some(&(_, to_n)) = self.forces.get(place) else {
+            return;
+        };
+        let from_n = self.now.axis.load_force_n;
         self.next_force = place + 1;
         if from_n == to_n {
             return;
@@ -330,5 +334,21 @@ impl Plant {
         }
         now.time_ns = until_ns;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Joint;
+    use crate::exact::tests::of_the_paper;
+
+    /// The last nanosecond that can be counted is an end like any other.
+    #[test]
+    fn no_load_comes_at_the_end_of_time() {
+        let solver = Solver::Rk4 { step_ns: u64::MAX };
+        let mut plant = Plant::new(&of_the_paper(Joint::Rigid), solver);
+        plant.advance(&Drive::Held(0.0), u64::MAX, &mut ()).unwrap();
+        assert_eq!(plant.time_ns(), u64::MAX);
     }
 }

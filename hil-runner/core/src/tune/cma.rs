@@ -568,7 +568,7 @@ mod tests {
         (all[9] + all[10]) / 2
     }
 
-    /// At most 1.3 times the median of `cma` 4.5.0 of PyPI, as check/cma_compare.py prints
+    /// At most 1.3 times the median of `cma` 4.5.0 of PyPI, as scripts/cma_compare.py prints
     /// it; the standard error of a median of 20 is some 5 %, of the ratio some 7 %.
     #[test]
     fn evaluations_are_about_those_of_pycma() {
