@@ -132,10 +132,9 @@ fn replaced(study: &Study) -> Option<String> {
             (Some(own), Some(_)) => {
                 words.push(format!("{changed} instead of {}", number::table(own)));
             }
-            (None, Some(_)) => words.push(changed),
             // No number, and nothing to compare it with.
             (_, None) if study.reference.sets().contains(set) => {}
-            (_, None) => words.push(changed),
+            _ => words.push(changed),
         }
     }
     let own_law = study.reference.base().controller.law;

@@ -132,12 +132,9 @@ fn filled(page: Value, live: Option<&Live>) -> Result<String, StudyPageError> {
     let script = linked(&SCRIPT);
     let simulator = live.map(|_| page::script(live::modules(live)));
     let has_pictures = page.get_attr("pictures")?.is_true();
-    let own = if has_pictures {
-        &[libraries.as_str(), script.as_str()][..]
-    } else {
-        &[]
-    };
-    let scripts: Vec<&str> = own.iter().copied().chain(simulator.as_deref()).collect();
+    let own = [libraries.as_str(), script.as_str()].into_iter();
+    let own = own.filter(|_| has_pictures);
+    let scripts: Vec<&str> = own.chain(simulator.as_deref()).collect();
     let page = context! {
         policy => Value::from_safe_string(policy(&scripts, live.is_some())),
         style => Value::from_safe_string(style(live::added_style(live)) + STYLE),
@@ -293,33 +290,28 @@ pub fn unstable_words(tally: &RungTally) -> Option<String> {
 /// there are none.
 pub fn best_table(tally: &Tally) -> FigureTable {
     let heads = ["rung", "row", "least margin %"].map(str::to_owned);
-    let best = |rung: &RungTally, best: &Best| {
+    let row = |rung: &str, best: &Best| {
         let percent = number::rounded(100.0 * best.margin, 3);
-        let own = [rung.rung.clone(), best.row.to_string(), percent];
-        own.into_iter().chain(best.axes.iter().cloned()).collect()
+        let own = [rung.to_owned(), best.row.to_string(), percent];
+        [&own[..], &best.axes].concat()
     };
-    let heads = heads.into_iter().chain(tally.axes.iter().cloned());
     let rungs = tally.rungs.iter();
+    let rows = rungs.flat_map(|rung| rung.best.iter().map(move |best| row(&rung.rung, best)));
     FigureTable {
-        heads: heads.collect(),
-        rows: rungs
-            .flat_map(|rung| rung.best.iter().map(move |of_rung| best(rung, of_rung)))
-            .collect(),
+        heads: [&heads[..], &tally.axes].concat(),
+        rows: rows.collect(),
     }
 }
 
 fn figure_table(tally: &Tally) -> FigureTable {
     let heads = "rung|figure|least|in row|mean|most|in row|unit|runs without".split('|');
-    let with_rung = |rung: &RungTally, cells: [String; 8]| {
-        let rung = std::iter::once(rung.rung.clone());
-        rung.chain(cells).collect()
-    };
-    let rungs = tally.rungs.iter();
+    let rows = tally.rungs.iter().flat_map(|rung| {
+        let name = std::slice::from_ref(&rung.rung);
+        figure_rows(rung).map(move |cells| [name, &cells].concat())
+    });
     FigureTable {
         heads: heads.map(str::to_owned).collect(),
-        rows: rungs
-            .flat_map(|rung| figure_rows(rung).map(move |cells| with_rung(rung, cells)))
-            .collect(),
+        rows: rows.collect(),
     }
 }
 

@@ -40,15 +40,15 @@ impl PictureRows {
     /// Nothing added yet, for rows with these columns.
     pub(super) fn new(study: &Study, columns: &[Column]) -> Self {
         let needed = |name: &str| {
-            let mut pictures = study.pictures.iter();
-            matches!(name, "pass" | "status")
-                || pictures.any(|picture| picture.columns().contains(&name))
+            let needs = |picture: &Picture| picture.columns().contains(&name);
+            let by_all = matches!(name, "pass" | "status");
+            study
+                .pictures
+                .iter()
+                .any(|picture| by_all || needs(picture))
         };
         let places = (0..columns.len()).filter(|&place| needed(&columns[place].name));
-        let places: Vec<usize> = match study.pictures.is_empty() {
-            true => Vec::new(),
-            false => places.collect(),
-        };
+        let places: Vec<usize> = places.collect();
         let columns = places.iter().map(|&place| &columns[place]);
         let table = empty_table(study, columns);
         Self { places, table }
@@ -147,13 +147,12 @@ fn borders(study: &Study, map: &Map) -> Vec<Curve> {
 
 /// Finely spaced values of an axis over numbers.
 fn places(axis: &Axis) -> Option<Vec<f64>> {
-    if axis.times.is_some() {
-        return None;
-    }
     let parts = (0..POINTS).map(|i| f64::from(i) / f64::from(POINTS - 1));
     match &axis.spread {
-        Spread::Range(range) => Some(parts.map(|part| range.between(part)).collect()),
-        Spread::List(_) | Spread::Random(_) => None,
+        Spread::Range(range) if axis.times.is_none() => {
+            Some(parts.map(|part| range.between(part)).collect())
+        }
+        _ => None,
     }
 }
 
@@ -200,10 +199,10 @@ pub(in crate::study) fn mistakes_in_pictures(study: &Study) -> Vec<String> {
 /// The sentence that says what is needed.
 fn map_has_grid(study: &Study, map: &Map) -> Result<(), String> {
     let axis = |name: &str| study.axes.iter().find(|axis| axis.key.path() == name);
-    let places = [axis(&map.x), axis(&map.y)];
+    let axes = [axis(&map.x), axis(&map.y)];
     let drawn = |axis: &&Axis| !matches!(axis.spread, Spread::List(_));
     if study.plan.kind != PlanKind::Grid
-        && let Some(axis) = places.iter().flatten().copied().find(drawn)
+        && let Some(axis) = axes.iter().flatten().copied().find(drawn)
     {
         return Err(format!(
             "a map needs a grid, and plan = {:?} draws {}; kind \"scatter\" can show it",
@@ -211,10 +210,8 @@ fn map_has_grid(study: &Study, map: &Map) -> Result<(), String> {
             axis.key.path()
         ));
     }
-    let ranges = places.map(|axis| {
-        axis.is_some_and(|axis| matches!(axis.spread, Spread::Range(_)) && axis.times.is_none())
-    });
-    if !map.border.is_empty() && ranges != [true; 2] {
+    let has_places = |axis: &Option<&Axis>| axis.and_then(places).is_some();
+    if !map.border.is_empty() && !axes.iter().all(has_places) {
         return Err(
             "a border needs x and y to be axes with from and to, and without times".to_owned(),
         );

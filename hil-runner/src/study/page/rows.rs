@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use crate::study::picture::Label;
 use crate::study::plan::Study;
@@ -140,11 +140,8 @@ fn put(column: &mut Value, values: Vec<Value>) {
         return;
     }
     let same = values.windows(2).all(|pair| pair[0] == pair[1]);
-    let fields: Option<&mut Map<String, Value>> = column.as_object_mut();
-    if let Some(fields) = fields {
-        match values.first() {
-            Some(first) if same => fields.insert("value".to_owned(), first.clone()),
-            _ => fields.insert("values".to_owned(), Value::Array(values)),
-        };
+    match values.first() {
+        Some(first) if same => column["value"] = first.clone(),
+        _ => column["values"] = Value::Array(values),
     }
 }

@@ -81,6 +81,8 @@ pub(super) struct Axis {
     ticks: Option<Vec<f64>>,
     /// Numbers between whole ones would mean nothing.
     is_whole: bool,
+    /// Has its title and numbers: they stand below the last of several plots only.
+    pub(super) has_words: bool,
 }
 
 impl Axis {
@@ -101,34 +103,28 @@ impl Axis {
             let sentence = "the words beside the plot leave no room for it";
             return Err(PictureError::new(sentence));
         }
-        let shown = match &keys.unit {
+        let (shift, unit) = match &keys.unit {
             Some(symbol) => unit.asked(&words, symbol)?,
             // A logarithmic axis takes the unit of its middle, and no power of ten: its
             // numbers are powers already.
-            None if log => match unit.suited(extent.0.sqrt() * extent.1.sqrt()) {
-                suited if suited.base.is_none() => unit.plain(),
-                suited => suited,
-            },
-            None => unit.suited(extent.0.abs().max(extent.1.abs())),
+            None if log => unit.suited(extent.0.sqrt() * extent.1.sqrt(), false),
+            None => unit.suited(extent.0.abs().max(extent.1.abs()), true),
         };
-        let (low, high) = (scaled(extent.0, shown.shift), scaled(extent.1, shown.shift));
+        let (low, high) = (scaled(extent.0, shift), scaled(extent.1, shift));
         let ends = match (log, range) {
             (_, Some(_)) => (low, high),
             (false, None) => linear(low, high, margin),
             (true, None) => logarithmic(low, high, margin),
         };
         Ok(Self {
-            title: Label {
-                words,
-                unit: shown.symbol,
-            }
-            .title(),
+            title: Label { words, unit }.title(),
             ends,
             log,
             names: None,
-            shift: shown.shift,
+            shift,
             ticks: log.then(|| log_ticks(ends)),
             is_whole: false,
+            has_words: true,
         })
     }
 
@@ -143,6 +139,7 @@ impl Axis {
             names: Some(names),
             shift: 0,
             is_whole: false,
+            has_words: true,
         }
     }
 
@@ -155,17 +152,14 @@ impl Axis {
     }
 
     /// Has numbers at these values, if they are few and round.
-    pub(super) fn with_ticks(mut self, values: &[f64]) -> Self {
+    pub(super) fn with_ticks(self, values: &[f64]) -> Self {
         let shown: Vec<f64> = values.iter().map(|&value| self.shown(value)).collect();
-        self.is_whole = shown.iter().all(|value| value.fract() == 0.0);
+        let mut axis = self.of_values(values.iter().copied());
         let round = |&value: &f64| (significant(value, 3) - value).abs() <= 1e-9 * value.abs();
-        if self.names.is_none()
-            && (2..=MOST_TICKS).contains(&shown.len())
-            && shown.iter().all(round)
-        {
-            self.ticks = Some(shown);
+        if (2..=MOST_TICKS).contains(&shown.len()) && shown.iter().all(round) {
+            axis.ticks = Some(shown);
         }
-        self
+        axis
     }
 
     /// A value in the shown unit, without the digits that rounding adds.
@@ -197,6 +191,13 @@ impl Axis {
         (low - slack..=high + slack).contains(&self.shown(value))
     }
 
+    /// Share of the axis that lies before a value.
+    pub(super) fn share(&self, value: f64) -> f64 {
+        let place = |shown: f64| measure(shown, self.log);
+        let (low, high) = (place(self.ends.0), place(self.ends.1));
+        (place(self.shown(value)) - low) / (high - low)
+    }
+
     /// The channel of a field on this axis.
     pub(super) fn channel(&self, field: &str) -> Value {
         let (low, high) = self.ends;
@@ -213,8 +214,12 @@ impl Axis {
             axis["grid"] = json!(false);
             axis["labelExpr"] = json!(format!("{}[datum.value]", json!(names)));
         }
+        if !self.has_words {
+            axis["labels"] = json!(false);
+        }
+        let title = self.has_words.then_some(&self.title);
         json!({
-            "field": field, "type": "quantitative", "title": self.title, "axis": axis,
+            "field": field, "type": "quantitative", "title": title, "axis": axis,
             "scale": {"type": kind, "domain": [low, high], "nice": false},
         })
     }
@@ -226,6 +231,16 @@ const DIGITS: usize = 7;
 const MOST_LETTERS: usize = 300;
 /// Values of a column that can be the numbers of its axis.
 const MOST_TICKS: usize = 12;
+
+/// What an axis is even in: values, or their logarithms.
+pub(super) fn measure(value: f64, log: bool) -> f64 {
+    if log { libm::log10(value) } else { value }
+}
+
+/// The value of a measure.
+pub(super) fn measured(place: f64, log: bool) -> f64 {
+    if log { libm::pow(10.0, place) } else { place }
+}
 
 /// A number times a power of ten.
 fn scaled(value: f64, shift: i32) -> f64 {

@@ -4,13 +4,13 @@
 use serde_json::{Value, json};
 
 use super::axis::{Axis, Margin, Spacing, extent};
-use super::colour::{INK, series};
+use super::colour::{INK, SERIES, series};
 use super::group::{Different, Spread};
 use super::label::Label;
-use super::note::{Chosen, LeftOut};
+use super::note::Chosen;
 use super::reference::{add_limits, legend_of_lines, limit_sign, limits, with_limits};
-use super::sheet::{Plot, WIDTH, brush, choice, fading, of_marks, whole};
-use super::spec::{Bars, Picture};
+use super::sheet::{Plot, WIDTH, brush, choice, fading, of_marks, of_some_marks};
+use super::spec::Bars;
 use super::{PictureError, Table};
 use hil_core::number;
 
@@ -30,12 +30,8 @@ struct Data {
 }
 
 impl Data {
-    fn of(
-        bars: &Bars,
-        table: &Table,
-        rows: &[usize],
-        left_out: &mut LeftOut,
-    ) -> Result<Self, PictureError> {
+    fn of(bars: &Bars, table: &Table, chosen: &mut Chosen) -> Result<Self, PictureError> {
+        let Chosen { rows, left_out, .. } = chosen;
         let categories = Different::of(table.column(&bars.category)?, rows)?;
         let series = bars.series.as_ref();
         let series = series.map(|name| Different::series(table.column(name)?, rows));
@@ -50,7 +46,7 @@ impl Data {
         let values = table.column(&bars.y)?.numbers()?;
         let log = bars.y_axis.spacing == Spacing::Log;
         let mut of_bar: Vec<Vec<(usize, f64)>> = vec![Vec::new(); categories.len() * count];
-        for &row in rows {
+        for &row in rows.iter() {
             let within = series.as_ref().map_or(Some(0), |series| series.of_row[row]);
             left_out.of += 1;
             match (categories.of_row[row], within, values[row]) {
@@ -69,26 +65,13 @@ impl Data {
         })
     }
 
-    fn per_category(&self) -> usize {
-        self.series.as_ref().map_or(1, |series| series.len().max(1))
-    }
-
     fn spreads(&self) -> impl Iterator<Item = &Spread> {
         self.bars.iter().flatten()
     }
 }
 
-pub(super) fn specify(
-    picture: &Picture,
-    bars: &Bars,
-    table: &Table,
-) -> Result<Value, PictureError> {
-    let Chosen {
-        rows,
-        mut notes,
-        mut left_out,
-    } = Chosen::of(picture, table)?;
-    let data = Data::of(bars, table, &rows, &mut left_out)?;
+pub(super) fn plot(bars: &Bars, table: &Table, chosen: &mut Chosen) -> Result<Plot, PictureError> {
+    let data = Data::of(bars, table, chosen)?;
     let label = Label::of(&bars.y);
     let log = bars.y_axis.spacing == Spacing::Log;
     let span = extent(data.spreads().flat_map(|bar| [bar.low, bar.high]));
@@ -98,10 +81,10 @@ pub(super) fn specify(
     let beyond = data
         .spreads()
         .filter(|bar| !(axis.holds(bar.low) && axis.holds(bar.high)));
-    left_out.beyond = beyond.map(|bar| bar.rows.len()).sum();
-    notes.extend(left_out.notes("Bars and numbers: medians, lines: smallest to largest"));
+    chosen.left_out.beyond = beyond.map(|bar| bar.rows.len()).sum();
+    chosen.tell_left_out("Bars and numbers: medians, lines: smallest to largest");
     let logarithmic = "The axis is logarithmic: compare where bars end, not how long they are.";
-    notes.extend(log.then(|| logarithmic.to_owned()));
+    chosen.notes.extend(log.then(|| logarithmic.to_owned()));
     let mut plot = Plot::new(60.0);
     if !data.bars.is_empty() {
         plot.height =
@@ -110,13 +93,9 @@ pub(super) fn specify(
     plot.marks = marks(&data, &axis);
     add_layers(&mut plot, bars, &data, &axis);
     add_limits(&mut plot, &limits, &axis, "x");
-    let signs: Vec<_> = bars
-        .limit
-        .iter()
-        .map(|limit| limit_sign(limit, &label))
-        .collect();
-    plot.layers.extend(legend_of_lines(&signs));
-    Ok(whole(picture, &notes, &left_out, vec![plot]))
+    let sign = bars.limit.as_ref().map(|limit| limit_sign(limit, &label));
+    plot.layers.extend(legend_of_lines(sign.as_slice()));
+    Ok(plot)
 }
 
 /// The span from 0 on (a logarithmic one from below the smallest bar), with
@@ -135,18 +114,18 @@ fn with_room((low, high): (f64, f64), log: bool) -> (f64, f64) {
 
 /// The bars, each with its number in words; one without a run has a dash.
 fn marks(data: &Data, axis: &Axis) -> Vec<Value> {
+    let (low, high) = axis.ends;
     let start = if axis.log {
-        axis.ends.0
+        low
     } else {
-        0.0_f64.clamp(axis.ends.0, axis.ends.1)
+        0.0_f64.clamp(low, high)
     };
-    let count = data.per_category();
+    let count = data.series.as_ref().map_or(1, Different::len);
     let mark = |(at, bar): (usize, &Option<Spread>)| {
         let category = &data.categories.names[at / count];
-        let name = data.series.as_ref().map(|series| &series.names[at % count]);
         let mut mark = json!({"category": category, "from": start});
-        if let Some(name) = name {
-            mark["name"] = json!(name);
+        if let Some(series) = &data.series {
+            mark["name"] = json!(series.names[at % count]);
         }
         let Some(bar) = bar else {
             (mark["x"], mark["end"], mark["words"]) =
@@ -173,10 +152,8 @@ fn marks(data: &Data, axis: &Axis) -> Vec<Value> {
 
 /// Bars, spreads and numbers.
 fn add_layers(plot: &mut Plot, bars: &Bars, data: &Data, axis: &Axis) {
-    let heading = bars
-        .category_label
-        .clone()
-        .unwrap_or_else(|| Label::of(&bars.category).words);
+    let heading = bars.category_label.clone();
+    let heading = heading.unwrap_or_else(|| Label::of(&bars.category).words);
     let channels = |x: &str| {
         let mut encoding = json!({
             "x": axis.channel(x),
@@ -193,19 +170,16 @@ fn add_layers(plot: &mut Plot, bars: &Bars, data: &Data, axis: &Axis) {
     let mut encoding = channels("x");
     encoding["x2"] = json!({"field": "from"});
     encoding["x"]["stack"] = Value::Null;
-    let [colours, _] = match &data.series {
-        Some(names) => series(names.len(), names.numbers.is_some()),
-        None => series(1, false),
-    };
     let mut mark = json!({"type": "bar", "clip": true});
     if let (Some(column), Some(names)) = (&bars.series, &data.series) {
+        let [colours, _] = series(names.len(), names.numbers.is_some());
         encoding["color"] = json!({
             "field": "name", "type": "nominal", "title": format!("{}:", Label::of(column).words),
             "scale": {"domain": names.names, "range": colours}, "legend": {"symbolType": "square", "columns": 6},
         });
         encoding["opacity"] = fading(1.0);
     } else {
-        mark["color"] = json!(colours[0]);
+        mark["color"] = json!(SERIES[0]);
     }
     encoding["tooltip"] = json!([
         {"field": "rows", "title": "row"}, {"field": "category", "title": heading}, {"field": "name"},
@@ -222,9 +196,8 @@ fn add_layers(plot: &mut Plot, bars: &Bars, data: &Data, axis: &Axis) {
             let mut encoding = channels("low");
             encoding["x2"] = json!({"field": "high"});
             let mark = json!({"type": "rule", "clip": true, "color": colour, "strokeWidth": width});
-            let mut layer = of_marks(mark, encoding);
-            layer["transform"] = json!([{"filter": "datum.high > datum.low"}]);
-            plot.layers.push(layer);
+            plot.layers
+                .push(of_some_marks("datum.high > datum.low", mark, encoding));
         }
     }
     for (is_left, align, dx) in [(false, "left", 5), (true, "right", -5)] {
@@ -233,8 +206,6 @@ fn add_layers(plot: &mut Plot, bars: &Bars, data: &Data, axis: &Axis) {
         let mark =
             json!({"type": "text", "align": align, "dx": dx, "fontSize": 11.5, "color": INK});
         let only = if is_left { "datum.left" } else { "!datum.left" };
-        let mut layer = of_marks(mark, encoding);
-        layer["transform"] = json!([{"filter": only}]);
-        plot.layers.push(layer);
+        plot.layers.push(of_some_marks(only, mark, encoding));
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::study::picture::axis::{AxisKeys, Spacing};
 use crate::study::picture::group::{Different, Spread};
-use crate::study::picture::note::LeftOut;
-use crate::study::picture::table::{Column, Values, is_made};
+use crate::study::picture::note::{Chosen, LeftOut};
+use crate::study::picture::table::{Column, is_made};
 use crate::study::picture::{Map, PictureError, Table};
 
 /// One direction of the grid.
@@ -124,12 +124,8 @@ fn edges(values: &[f64], log: bool) -> Vec<f64> {
 
 impl Grid {
     /// Sorts the rows into cells.
-    pub(super) fn of(
-        map: &Map,
-        table: &Table,
-        rows: &[usize],
-        left_out: &mut LeftOut,
-    ) -> Result<Self, PictureError> {
+    pub(super) fn of(map: &Map, table: &Table, chosen: &mut Chosen) -> Result<Self, PictureError> {
+        let Chosen { rows, left_out, .. } = chosen;
         let x = Side::of(table.column(&map.x)?, &map.x_axis, rows, left_out)?;
         let y = Side::of(table.column(&map.y)?, &map.y_axis, rows, left_out)?;
         let (across, up) = (x.values.len(), y.values.len());
@@ -148,7 +144,7 @@ impl Grid {
         };
         check(rows.len())?;
         let mut of_cell: Vec<Vec<usize>> = vec![Vec::new(); across * up];
-        for &row in rows {
+        for &row in rows.iter() {
             left_out.of += 1;
             match (x.of_row[row], y.of_row[row]) {
                 (Some(i), Some(j)) => of_cell[j * across + i].push(row),
@@ -162,11 +158,13 @@ impl Grid {
         let level = table.column(map.contour_column())?.numbers()?;
         let pass = table.column_or(map.pass.as_ref(), "pass")?;
         let state = table.column_or(map.status.as_ref(), "status")?;
+        // What became of a run that was not made.
+        let word = |row: &usize| state?.word(*row).filter(|word| !is_made(word));
         let log = map.z_axis.spacing == Spacing::Log;
         let cells = of_cell.iter().map(|rows| {
             left_out.shared = left_out.shared.max(rows.len());
             let mut made = rows.clone();
-            made.retain(|&row| word(state, row).is_none());
+            made.retain(|row| word(row).is_none());
             let spread = |values: &[Option<f64>]| {
                 let runs = made.iter().filter_map(|&row| Some((row, values[row]?)));
                 Spread::of(runs.collect())
@@ -177,8 +175,8 @@ impl Grid {
             let why = || match value {
                 Some(_) => NOT_ABOVE_0.to_owned(),
                 None => {
-                    let told = rows.iter().find_map(|&row| word(state, row));
-                    told.unwrap_or_else(|| NO_VALUE.to_owned())
+                    let told = rows.iter().find_map(word);
+                    told.unwrap_or(NO_VALUE).to_owned()
                 }
             };
             let fails = |row: &usize| pass.and_then(|pass| pass.verdict(*row)) == Some(false);
@@ -201,24 +199,10 @@ impl Grid {
         self.cells.get(at).filter(|_| inside)
     }
 
-    /// The states that cells without a figure are in, in their order.
-    pub(super) fn states(&self) -> Vec<&str> {
-        let mut states: Vec<&str> = Vec::new();
-        for state in self.cells.iter().filter_map(|cell| cell.state.as_deref()) {
-            if !states.contains(&state) {
-                states.push(state);
-            }
-        }
-        states.sort_unstable();
-        states
-    }
-}
-
-/// The word for what became of a run that was not made.
-fn word(state: Option<&Column>, row: usize) -> Option<String> {
-    match &state?.values {
-        Values::Text(words) => words.get(row).filter(|word| !is_made(word)).cloned(),
-        Values::Number(_) => None,
+    /// The places of the cells, row by row.
+    pub(super) fn places(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let (across, up) = (self.x.values.len(), self.y.values.len());
+        (0..up).flat_map(move |j| (0..across).map(move |i| (i, j)))
     }
 }
 

@@ -96,17 +96,11 @@ impl Different {
 
 /// A number with its unit, by a prefix where that reads better.
 pub(super) fn in_words(value: f64, label: &Label) -> String {
-    let unit = label.unit();
-    let suited = unit.suited(value.abs());
     // A power of ten before the unit of a single number would look odd.
-    let shown = match suited.base {
-        Some(_) => suited,
-        None => unit.plain(),
-    };
-    let text = number::rounded(value * power_of_ten(shown.shift), 4);
-    match shown.symbol.as_str() {
+    let (shift, symbol) = label.unit().suited(value.abs(), false);
+    let text = number::rounded(value * power_of_ten(shift), 4);
+    match symbol.as_str() {
         "" => text,
-        "°" | "%" => format!("{text}\u{a0}{}", shown.symbol),
         symbol => format!("{text}\u{a0}{symbol}"),
     }
 }

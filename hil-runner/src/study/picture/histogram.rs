@@ -1,14 +1,14 @@
 //! Kind `histogram`: how a figure is distributed over the runs, and the yield.
 
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::axis::{Axis, Margin, Spacing, extent};
+use super::axis::{Axis, Margin, Spacing, extent, measure, measured};
 use super::colour::{FAIL, PASS};
 use super::label::Label;
 use super::note::{Chosen, counted};
 use super::reference::{add_limits, legend_of_lines, limit_sign, limits, with_limits};
-use super::sheet::{Plot, brush, choice, fading, of_marks, whole};
-use super::spec::{Histogram, Picture};
+use super::sheet::{Plot, brush, choice, fading, of_marks};
+use super::spec::Histogram;
 use super::unit::{decade_below, power_of_ten};
 use super::{PictureError, Table};
 
@@ -17,23 +17,18 @@ const HEIGHT: f64 = 360.0;
 /// Intervals that are still to be told apart.
 const MOST_BINS: f64 = 80.0;
 
-pub(super) fn specify(
-    picture: &Picture,
+pub(super) fn plot(
     histogram: &Histogram,
     table: &Table,
-) -> Result<Value, PictureError> {
-    let Chosen {
-        rows,
-        mut notes,
-        mut left_out,
-    } = Chosen::of(picture, table)?;
+    chosen: &mut Chosen,
+) -> Result<Plot, PictureError> {
+    let Chosen { rows, left_out, .. } = chosen;
     let all = table.column(&histogram.x)?.numbers()?;
     let log = histogram.x_axis.spacing == Spacing::Log;
-    let values: Vec<(usize, f64)> = rows
-        .iter()
-        .filter_map(|&row| Some((row, all[row]?)))
-        .collect();
-    (left_out.of, left_out.missing) = (rows.len(), rows.len() - values.len());
+    let values = rows.iter().filter_map(|&row| Some((row, all[row]?)));
+    let values: Vec<(usize, f64)> = values.collect();
+    let made = rows.len();
+    (left_out.of, left_out.missing) = (made, made - values.len());
     let mut shown = values.clone();
     shown.retain(|(_, value)| !log || *value > 0.0);
     shown.sort_by(|(_, a), (_, b)| a.total_cmp(b));
@@ -49,15 +44,12 @@ pub(super) fn specify(
     left_out.beyond = shown.iter().filter(|(_, value)| !x.holds(*value)).count();
     let kept = |(_, value): &&(usize, f64)| limit.is_none_or(|limit| limit.is_kept(*value));
     let within = values.iter().filter(kept).count();
-    if limit.is_some() && !rows.is_empty() {
-        let share = percent(within, rows.len());
-        let runs = counted(rows.len(), "run", "runs");
-        notes.insert(
-            0,
-            format!("Yield {share}: {within} of {runs} keep the limit."),
-        );
+    if limit.is_some() && made > 0 {
+        let (share, runs) = (percent(within, made), counted(made, "run", "runs"));
+        let words = format!("Yield {share}: {within} of {runs} keep the limit.");
+        chosen.notes.insert(0, words);
     }
-    notes.extend(left_out.notes(""));
+    chosen.tell_left_out("");
     let names = [
         format!("within: {within}"),
         format!("beyond: {}", values.len() - within),
@@ -65,12 +57,8 @@ pub(super) fn specify(
     let mut plot = Plot::new(HEIGHT);
     for bin in &bins {
         let mut from = 0;
-        for (rows, name) in bin
-            .rows
-            .iter()
-            .zip(&names)
-            .filter(|(rows, _)| !rows.is_empty())
-        {
+        let named = bin.rows.iter().zip(&names);
+        for (rows, name) in named.filter(|(rows, _)| !rows.is_empty()) {
             let to = from + rows.len();
             plot.marks.push(json!({
                 "rows": rows, "name": name,
@@ -79,10 +67,7 @@ pub(super) fn specify(
             from = to;
         }
     }
-    let legend = match limit {
-        Some(_) => json!({"symbolType": "square"}),
-        None => Value::Null,
-    };
+    let legend = limit.map(|_| json!({"symbolType": "square"}));
     let mut y =
         json!({"field": "y", "type": "quantitative", "title": "Runs", "axis": {"tickMinStep": 1}});
     if plot.marks.is_empty() {
@@ -101,12 +86,9 @@ pub(super) fn specify(
     choice(&mut layer);
     plot.layers.push(layer);
     add_limits(&mut plot, &limits, &x, "x");
-    let signs: Vec<_> = limit
-        .iter()
-        .map(|limit| limit_sign(limit, &label))
-        .collect();
-    plot.layers.extend(legend_of_lines(&signs));
-    Ok(whole(picture, &notes, &left_out, vec![plot]))
+    let sign = limit.map(|limit| limit_sign(limit, &label));
+    plot.layers.extend(legend_of_lines(sign.as_slice()));
+    Ok(plot)
 }
 
 /// One interval.
@@ -121,8 +103,8 @@ struct Bin {
 /// Intervals of equal width (of equal ratio where the axis is logarithmic)
 /// whose edges are round.
 fn bins(sorted: &[(usize, f64)], histogram: &Histogram, log: bool) -> Vec<Bin> {
-    let measure = |value: f64| if log { libm::log10(value) } else { value };
-    let places: Vec<f64> = sorted.iter().map(|&(_, value)| measure(value)).collect();
+    let places = sorted.iter().map(|&(_, value)| measure(value, log));
+    let places: Vec<f64> = places.collect();
     let (Some(&low), Some(&high)) = (places.first(), places.last()) else {
         return Vec::new();
     };
@@ -137,14 +119,9 @@ fn bins(sorted: &[(usize, f64)], histogram: &Histogram, log: bool) -> Vec<Bin> {
         (step, (low / step).floor() * step)
     };
     // What an edge stands for; multiples are formed anew, not summed.
-    let edge = |count: f64| {
-        let place = first + count * step;
-        if log { libm::pow(10.0, place) } else { place }
-    };
-    let within = |value: f64| {
-        let limit = histogram.limit.as_ref();
-        limit.is_none_or(|limit| limit.is_kept(value))
-    };
+    let edge = |count: f64| measured(first + count * step, log);
+    let limit = histogram.limit.as_ref();
+    let within = |value: f64| limit.is_none_or(|limit| limit.is_kept(value));
     let mut found: Vec<Bin> = Vec::new();
     for (&(row, value), &place) in sorted.iter().zip(&places) {
         let at = ((place - first) / step).floor().max(0.0);

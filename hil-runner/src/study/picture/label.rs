@@ -129,17 +129,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_factor_is_named_by_both_keys_and_has_no_unit() {
-        let label = Label::of("controller.computation_delay_s/controller.sample_time_s");
-        assert_eq!(
-            label.title(),
-            "Delay from sample to new voltage / sample time Δt"
-        );
-    }
-
-    #[test]
-    fn figures_and_keys_have_their_own_words() {
+    fn columns_have_words_and_units() {
         for (column, title) in [
+            // A factor is named by both keys and has no unit.
+            (
+                "controller.computation_delay_s/controller.sample_time_s",
+                "Delay from sample to new voltage / sample time Δt",
+            ),
+            // Figures and keys have their own words.
             ("peak_abs_acc_mps2", "Peak carriage acceleration [m/s²]"),
             ("controller.sample_time_s", "Sample time Δt [s]"),
             ("controller.kd_s", "Derivative gain K_d [codes s/count]"),
@@ -152,14 +149,7 @@ mod tests {
                 "Time constant of the derivative's first-order filter [s]",
             ),
             ("drive.dac_lsb_v", "D/A step K_dac [V]"),
-        ] {
-            assert_eq!(Label::of(column).title(), title);
-        }
-    }
-
-    #[test]
-    fn other_names_are_read_out() {
-        for (column, title) in [
+            // Other names are read out.
             ("peak_abs_speed_radps", "Peak speed [rad/s]"),
             ("rms_acc_noise_mps2", "RMS acceleration noise [m/s²]"),
             ("theory.limit_cycle_um", "Limit cycle (theory) [µm]"),

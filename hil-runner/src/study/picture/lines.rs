@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::axis::{Axis, Margin, Spacing, extent};
-use super::colour::{INK, MUTED, series};
+use super::colour::{INK, MUTED, SERIES, series};
 use super::group::{Different, Spread};
 use super::label::{Label, within};
 use super::map::CROSS;
@@ -11,8 +11,8 @@ use super::note::{Chosen, LeftOut};
 use super::reference::{
     Sign, add_base_line, add_limits, legend_of_lines, limit_sign, limits, with_limits,
 };
-use super::sheet::{Plot, WIDTH, brush, choice, fading, of_marks, whole};
-use super::spec::{Lines, Panel, Picture};
+use super::sheet::{Plot, WIDTH, brush, choice, fading, of_some_marks};
+use super::spec::{Lines, Panel};
 use super::unit::power_of_ten;
 use super::{PictureError, Table};
 
@@ -40,12 +40,13 @@ const SHAPES: [&str; 7] = [
 /// Points closer than this have small marks \[px\].
 const MARK_ROOM: f64 = 9.0;
 
-pub(super) fn specify(
-    picture: &Picture,
+pub(super) fn plots(
     lines: &Lines,
     table: &Table,
-) -> Result<Value, PictureError> {
-    let (data, mut left_out) = Data::of(picture, lines, table)?;
+    chosen: &mut Chosen,
+) -> Result<Vec<Plot>, PictureError> {
+    let Chosen { rows, left_out, .. } = &mut *chosen;
+    let data = Data::of(lines, table, rows)?;
     let x = data.x_axis(lines)?;
     let names = Names::of(lines, &data);
     let mut plots = Vec::new();
@@ -58,12 +59,12 @@ pub(super) fn specify(
             data: &data,
             panel,
             names: &names,
-            x: &x,
+            x: x.clone(),
             place: at,
             has_legend: plots.iter().all(|plot: &Plot| plot.marks.is_empty()),
-            is_last: at == last,
         };
-        let base = drawing.fill(lines, &mut left_out)?;
+        drawing.x.has_words = at == last;
+        let base = drawing.fill(lines, left_out)?;
         let mut plot = drawing.plot;
         if at == 0 {
             signs.extend(base);
@@ -71,9 +72,8 @@ pub(super) fn specify(
         }
         plots.push(plot);
     }
-    let mut notes = data.notes;
-    notes.extend(left_out.notes("Lines: medians, bands: smallest to largest"));
-    Ok(whole(picture, &notes, &left_out, plots))
+    chosen.tell_left_out("Lines: medians, bands: smallest to largest");
+    Ok(plots)
 }
 
 /// One explanation per limit; where panels differ it says of what.
@@ -128,17 +128,13 @@ impl Names {
         let alike = lines.panels.iter().all(single);
         let simulated = columns(|panel| &panel.y);
         let theory = columns(|panel| &panel.theory);
-        let heading = lines
-            .series
-            .as_ref()
-            .map(|column| format!("{}:", Label::of(column).words));
+        let heading = lines.series.as_ref();
+        let heading = heading.map(|column| format!("{}:", Label::of(column).words));
+        let words = simulated.iter().map(|column| Label::of(column).words);
         let coloured = match &heading {
             Some(_) => data.series.names.clone(),
             None if alike => vec!["simulated".to_owned()],
-            None => simulated
-                .iter()
-                .map(|column| Label::of(column).words)
-                .collect(),
+            None => words.collect(),
         };
         Self {
             colours: series(coloured.len(), data.series.numbers.is_some()),
@@ -176,48 +172,41 @@ impl Names {
             (true, None) => usual.to_owned(),
         };
         let most = if self.alike { 1 } else { usize::MAX };
-        let mut signs = Vec::new();
-        if (self.heading.is_some() || self.alike) && !(self.alike && self.theory.is_empty()) {
-            let colour = if self.heading.is_some() {
-                MUTED
-            } else {
-                self.colours[0][0]
-            };
-            signs.extend(self.simulated.iter().take(most).map(|column| Sign {
-                words: words(column, &lines.marks, "simulated"),
-                colour,
-                dash: &[],
-            }));
-        }
-        signs.extend(
-            self.theory
-                .iter()
-                .take(most)
-                .enumerate()
-                .map(|(at, column)| Sign {
-                    words: words(column, &lines.dashes, "theory"),
-                    colour: if self.heading.is_some() { MUTED } else { INK },
-                    dash: THEORY[at % THEORY.len()],
-                }),
-        );
-        signs
+        let [marks, dashes] = match self.heading {
+            Some(_) => [MUTED, MUTED],
+            None => [SERIES[0], INK],
+        };
+        let simulated = self.simulated.iter().take(most).map(|column| Sign {
+            words: words(column, &lines.marks, "simulated"),
+            colour: marks,
+            dash: &[],
+        });
+        let theory = self.theory.iter().zip(THEORY.into_iter().cycle());
+        let theory = theory.take(most).map(|(column, dash)| Sign {
+            words: words(column, &lines.dashes, "theory"),
+            colour: dashes,
+            dash,
+        });
+        let says_marks = match self.alike {
+            true => !self.theory.is_empty(),
+            false => self.heading.is_some(),
+        };
+        let simulated = simulated.filter(|_| says_marks);
+        simulated.chain(theory).collect()
     }
 
     /// The channels of colour and shape; the legend stands in one plot only.
     fn channels(&self, with_legend: bool) -> [Value; 2] {
-        let legend = match with_legend && self.coloured.len() > usize::from(self.heading.is_none())
-        {
-            true => json!({"columns": 6}),
-            false => Value::Null,
-        };
+        let least = usize::from(self.heading.is_none());
+        let legend = (with_legend && self.coloured.len() > least).then(|| json!({"columns": 6}));
         let channel = |range: Value| {
             json!({
                 "field": "name", "type": "nominal", "title": self.heading,
                 "scale": {"domain": self.coloured, "range": range}, "legend": legend,
             })
         };
-        let shapes = (0..self.coloured.len()).map(|at| SHAPES[at % SHAPES.len()]);
-        let shapes: Vec<&str> = shapes.collect();
+        let shapes = SHAPES.iter().cycle().take(self.coloured.len());
+        let shapes: Vec<&&str> = shapes.collect();
         [channel(json!(self.colours[0])), channel(json!(shapes))]
     }
 }
@@ -228,18 +217,11 @@ struct Drawing<'a> {
     data: &'a Data<'a>,
     panel: &'a Panel,
     names: &'a Names,
-    x: &'a Axis,
+    x: Axis,
     place: usize,
     /// The legend of the colours, and the choice in it, are those of this plot: the
     /// first that has marks.
     has_legend: bool,
-    is_last: bool,
-}
-
-/// The points of a column, series by series.
-struct Curves {
-    column: String,
-    points: Vec<Points>,
 }
 
 impl Drawing<'_> {
@@ -254,63 +236,38 @@ impl Drawing<'_> {
         let mut columns = Vec::new();
         let log = panel.y_axis.spacing == Spacing::Log;
         for name in panel.y.iter().chain(&panel.theory) {
-            columns.push(self.curves(name, &label, log, left_out)?);
+            columns.push((name, self.curves(name, &label, log, left_out)?));
         }
-        let on_x = |at: f64| self.x.holds(at);
-        let points = || columns.iter().flat_map(|of| of.points.iter().flatten());
-        let spreads = || {
-            points()
-                .filter(|(at, _)| on_x(*at))
-                .filter_map(|(_, spread)| spread.as_ref())
-        };
+        let points = || columns.iter().flat_map(|(_, curves)| curves).flatten();
+        let all =
+            || points().filter_map(|(at, spread)| Some((self.x.holds(*at), spread.as_ref()?)));
+        let spreads = || all().filter_map(|(on_x, spread)| on_x.then_some(spread));
         let span = extent(spreads().flat_map(|spread| [spread.low, spread.high]));
         let limits = limits(panel.limit.as_ref(), span, log);
         let span = with_limits(span, &limits, log);
         let y = Axis::new(&panel.y_axis, &label, span, Margin::FromZero)?;
-        let beyond = spreads().filter(|spread| !y.holds(spread.median));
-        left_out.beyond += beyond.map(|spread| spread.rows.len()).sum::<usize>();
-        let outside = points()
-            .filter(|(at, _)| !on_x(*at))
-            .filter_map(|(_, spread)| spread.as_ref());
-        left_out.beyond += outside.map(|spread| spread.rows.len()).sum::<usize>();
-        let base = add_base_line(&mut self.plot, self.data.table, &lines.x, self.x);
-        if spreads().next().is_some() {
+        let beyond = all().filter(|(on_x, spread)| !(*on_x && y.holds(spread.median)));
+        left_out.beyond += beyond.map(|(_, spread)| spread.rows.len()).sum::<usize>();
+        let has_values = spreads().next().is_some();
+        let base = add_base_line(&mut self.plot, self.data.table, &lines.x, &self.x);
+        if has_values {
             add_limits(&mut self.plot, &limits, &y, "y");
         }
-        for (at, of) in columns.iter().enumerate() {
-            self.add_curves(of, at >= panel.y.len(), &y);
-        }
-        // The axes of the plot are those of its marks.
-        let (x_channel, y_channel) = (self.x_channel(), y.channel("y"));
-        for layer in &mut self.plot.layers {
-            let encoding = &mut layer["encoding"];
-            if !encoding["x"].is_null() {
-                encoding["x"] = x_channel.clone();
-            }
-            if !encoding["y"].is_null() {
-                encoding["y"] = y_channel.clone();
-            }
+        for (at, (column, curves)) in columns.iter().enumerate() {
+            self.add_curves(column, curves, at >= panel.y.len(), &y);
         }
         Ok(base)
     }
 
-    fn x_channel(&self) -> Value {
-        let mut channel = self.x.channel("x");
-        if !self.is_last {
-            channel["title"] = Value::Null;
-            channel["axis"]["labels"] = json!(false);
-        }
-        channel
-    }
-
-    /// The points of a column; what a logarithmic axis does not have is left out.
+    /// The points of a column, series by series; what a logarithmic axis does not have is
+    /// left out.
     fn curves(
         &self,
         name: &str,
         label: &Label,
         log: bool,
         left_out: &mut LeftOut,
-    ) -> Result<Curves, PictureError> {
+    ) -> Result<Vec<Points>, PictureError> {
         let column = self.data.table.column(name)?;
         let unit = Label::of(name).unit();
         let first = (self.panel.first_column(), label.unit.as_str());
@@ -324,7 +281,7 @@ impl Drawing<'_> {
         left_out.of += of_none;
         left_out.missing += of_none;
         for series in 0..self.data.series.len() {
-            let mut of_series = self.data.points(&values, series, self.x, left_out);
+            let mut of_series = self.data.points(&values, series, &self.x, left_out);
             for (_, spread) in &mut of_series {
                 if log && let Some(seen) = spread.take_if(|spread| spread.low <= 0.0) {
                     left_out.not_above_0 += seen.rows.len();
@@ -332,18 +289,15 @@ impl Drawing<'_> {
             }
             points.push(of_series);
         }
-        Ok(Curves {
-            column: name.to_owned(),
-            points,
-        })
+        Ok(points)
     }
 
     /// Band, line and marks of a column.
-    fn add_curves(&mut self, curves: &Curves, is_theory: bool, y: &Axis) {
+    fn add_curves(&mut self, column: &str, curves: &[Points], is_theory: bool, y: &Axis) {
         let mut marks = Vec::new();
         let (mut has_band, mut crowded) = (false, false);
-        for (series, points) in curves.points.iter().enumerate() {
-            let name = self.names.name(&curves.column, series);
+        for (series, points) in curves.iter().enumerate() {
+            let name = self.names.name(column, series);
             let shown = points.iter().filter(|(_, spread)| spread.is_some()).count();
             crowded |= shown as f64 * MARK_ROOM > WIDTH;
             let mut part = 0;
@@ -359,7 +313,7 @@ impl Drawing<'_> {
                 let is_alone = is_none(place.checked_sub(1)) && is_none(Some(place + 1));
                 has_band |= spread.high > spread.low;
                 let mut mark = json!({
-                    "rows": spread.rows, "column": curves.column, "name": name,
+                    "rows": spread.rows, "column": column, "name": name,
                     "part": format!("{series}.{part}"),
                     "x": self.x.shown(*at), "y": y.shown(spread.median),
                 });
@@ -377,17 +331,15 @@ impl Drawing<'_> {
             return;
         }
         // A mark at the end of an axis is whole, if none lies beyond.
-        let points = || curves.points.iter().flatten();
         let inside = |(at, spread): &(f64, Option<Spread>)| {
             let spread = spread.as_ref();
             spread.is_none_or(|spread| self.x.holds(*at) && y.holds(spread.median))
         };
-        let clip = !points().all(inside);
+        let clip = !curves.iter().flatten().all(inside);
         let is_first = self.plot.marks.is_empty();
         self.plot.marks.extend(marks);
-        let has_choice = is_first && self.has_legend;
         let [colour, shape] = self.names.channels(self.has_legend);
-        let only = json!([{"filter": format!("datum.column === {}", json!(curves.column))}]);
+        let only = format!("datum.column === {}", json!(column));
         let channels = |colour: &str, value: Value| {
             let mut encoding = json!({
                 "x": self.x.channel("x"), "y": y.channel("y"), "detail": {"field": "part"}, "opacity": fading(1.0),
@@ -398,13 +350,13 @@ impl Drawing<'_> {
         let mut layers = Vec::new();
         if has_band {
             let mut encoding = channels("color", colour.clone());
-            encoding["y"]["field"] = json!("low");
             encoding["y2"] = json!({"field": "high"});
             encoding["opacity"] = fading(0.16);
-            layers.push((json!({"type": "area", "clip": true}), encoding));
+            let mark = json!({"type": "area", "clip": true});
+            layers.push(of_some_marks(&only, mark, encoding));
         }
         if is_theory {
-            let place = self.names.place(&self.names.theory, &curves.column);
+            let place = self.names.place(&self.names.theory, column);
             let dash = THEORY[place % THEORY.len()];
             let mut mark =
                 json!({"type": "line", "clip": true, "strokeWidth": 2, "strokeDash": dash});
@@ -417,12 +369,13 @@ impl Drawing<'_> {
                     mark["style"] = json!("ink");
                 }
             }
-            layers.push((mark, encoding));
+            layers.push(of_some_marks(&only, mark, encoding));
         } else {
             let mark = json!({"type": "line", "clip": true, "strokeWidth": 2});
-            layers.push((mark, channels("color", colour.clone())));
+            let encoding = channels("color", colour.clone());
+            layers.push(of_some_marks(&only, mark, encoding));
         }
-        let place = self.names.place(&self.names.simulated, &curves.column);
+        let place = self.names.place(&self.names.simulated, column);
         let hollow = self.names.heading.is_some() && place > 0;
         let size = if crowded { 12 } else { 60 };
         let mut mark = json!({"type": "point", "clip": clip, "filled": !hollow, "size": size});
@@ -440,20 +393,16 @@ impl Drawing<'_> {
             {"field": "rows", "title": "row"}, {"field": "name"},
             {"field": "x", "title": self.x.title}, {"field": "y", "title": y.title},
         ]);
-        layers.push((mark, encoding));
-        let last = layers.len() - 1;
-        for (at, (mark, encoding)) in layers.into_iter().enumerate() {
-            let mut layer = of_marks(mark, encoding);
-            layer["transform"] = only.clone();
-            if at == last && is_first {
-                brush(&mut layer, self.place, &["x"]);
-            }
+        let mut points = of_some_marks(&only, mark, encoding);
+        if is_first {
+            brush(&mut points, self.place, &["x"]);
             // The legend is that of the first layer, and so must its choice be.
-            if at == 0 && has_choice {
-                choice(&mut layer);
+            if self.has_legend {
+                choice(&mut layers[0]);
             }
-            self.plot.layers.push(layer);
         }
+        layers.push(points);
+        self.plot.layers.extend(layers);
     }
 }
 
@@ -463,9 +412,7 @@ type Points = Vec<(f64, Option<Spread>)>;
 /// Rows with their places and series.
 struct Data<'a> {
     table: &'a Table,
-    rows: Vec<usize>,
-    /// Remarks about the choice of rows.
-    notes: Vec<String>,
+    rows: &'a [usize],
     /// The series; one without a name if the picture names no column.
     series: Different,
     /// Value of x per row of the table; the number of a word.
@@ -475,40 +422,29 @@ struct Data<'a> {
 }
 
 impl<'a> Data<'a> {
-    fn of(
-        spec: &Picture,
-        lines: &Lines,
-        table: &'a Table,
-    ) -> Result<(Self, LeftOut), PictureError> {
-        let Chosen {
-            rows,
-            notes,
-            left_out,
-        } = Chosen::of(spec, table)?;
+    fn of(lines: &Lines, table: &'a Table, rows: &'a [usize]) -> Result<Self, PictureError> {
         let series = match &lines.series {
-            Some(name) => Different::series(table.column(name)?, &rows)?,
+            Some(name) => Different::series(table.column(name)?, rows)?,
             None => Different {
                 of_row: vec![Some(0); table.rows()],
                 names: vec![String::new()],
                 numbers: None,
             },
         };
-        let x = Different::of(table.column(&lines.x)?, &rows)?;
+        let x = Different::of(table.column(&lines.x)?, rows)?;
         let value = |at: usize| match &x.numbers {
             Some(numbers) => numbers[at],
             None => at as f64,
         };
         let x_of_row = x.of_row.iter().map(|at| at.map(value)).collect();
         let x_names = x.numbers.is_none().then_some(x.names);
-        let data = Self {
+        Ok(Self {
             table,
             rows,
-            notes,
             series,
             x_of_row,
             x_names,
-        };
-        Ok((data, left_out))
+        })
     }
 
     /// The axis along x, over all rows, whether they have values or not.
@@ -533,39 +469,28 @@ impl<'a> Data<'a> {
         left_out: &mut LeftOut,
     ) -> Points {
         let mut rows: Vec<(f64, usize)> = Vec::new();
-        for &row in &self.rows {
+        for &row in self.rows {
             if self.series.of_row[row] != Some(series) {
                 continue;
             }
             match self.x_of_row[row] {
                 Some(at) if !x.log || at > 0.0 => rows.push((at, row)),
-                Some(_) => {
-                    left_out.of += 1;
-                    left_out.not_above_0 += 1;
-                }
-                None => {
-                    left_out.of += 1;
-                    left_out.missing += 1;
-                }
+                Some(_) => left_out.not_above_0 += 1,
+                None => left_out.missing += 1,
             }
+            left_out.of += 1;
         }
         rows.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         // Values of x are those of `Different`.
         let places = rows.chunk_by(|(a, _), (b, _)| a == b);
-        let mut points = Points::new();
-        for place in places {
-            let Some(&(at, _)) = place.first() else {
-                continue;
-            };
-            let runs = place
-                .iter()
-                .filter_map(|&(_, row)| Some((row, values[row]?)));
+        let points = places.map(|place| {
+            let runs = place.iter();
+            let runs = runs.filter_map(|&(_, row)| Some((row, values[row]?)));
             let runs: Vec<(usize, f64)> = runs.collect();
-            left_out.of += place.len();
             left_out.missing += place.len() - runs.len();
             left_out.shared = left_out.shared.max(runs.len());
-            points.push((at, Spread::of(runs)));
-        }
-        points
+            (place[0].0, Spread::of(runs))
+        });
+        points.collect()
     }
 }

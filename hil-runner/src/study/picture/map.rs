@@ -1,8 +1,10 @@
 //! Kind `map`: a figure as colour over two parameters.
 
+use std::collections::BTreeSet;
+
 use serde_json::{Value, json};
 
-use super::axis::{Axis, AxisKeys, Margin, Spacing, extent};
+use super::axis::{Axis, AxisKeys, Margin, Spacing, extent, measure, measured};
 use super::colour::{INK, MUTED, NO_VALUE, SERIES};
 use super::contour::Field;
 use super::grid::{Grid, Side};
@@ -10,8 +12,8 @@ use super::group::in_words;
 use super::label::Label;
 use super::note::{Chosen, counted};
 use super::reference::{Sign, base_point, legend_of_lines};
-use super::sheet::{Plot, WIDTH, brush, of_marks, whole};
-use super::spec::{Map, Picture};
+use super::sheet::{Plot, WIDTH, brush, of_marks};
+use super::spec::Map;
 use super::{Curve, PictureError, Table};
 
 /// Height of the plot, and of one of a single row of cells \[px\].
@@ -31,28 +33,20 @@ const CURVES: [(&str, &[f64]); 3] = [
 /// Share of viridis and cividis above which black stands out more than white.
 const LIGHT: f64 = 0.52;
 
-pub(super) fn specify(
-    picture: &Picture,
+pub(super) fn plot(
     map: &Map,
     table: &Table,
     curves: &[Curve],
-) -> Result<Value, PictureError> {
-    let Chosen {
-        rows,
-        mut notes,
-        mut left_out,
-    } = Chosen::of(picture, table)?;
-    let grid = Grid::of(map, table, &rows, &mut left_out)?;
+    chosen: &mut Chosen,
+) -> Result<Plot, PictureError> {
+    let grid = Grid::of(map, table, chosen)?;
     let x = side_axis(&map.x, &map.x_axis, &grid.x)?;
     let y = side_axis(&map.y, &map.y_axis, &grid.y)?;
     let values = || grid.cells.iter().filter_map(|cell| cell.z);
-    let z = Axis::new(
-        &map.z_axis,
-        &Label::of(&map.z),
-        extent(values()),
-        Margin::None,
-    )?;
-    notes.extend(left_out.notes("Cells show medians"));
+    let label = Label::of(&map.z);
+    let z = Axis::new(&map.z_axis, &label, extent(values()), Margin::None)?;
+    chosen.tell_left_out("Cells show medians");
+    let notes = &mut chosen.notes;
     notes.extend(empty_cells(&grid));
     let beyond = values().filter(|&value| !z.holds(value)).count();
     notes.extend((beyond > 0).then(|| {
@@ -75,7 +69,7 @@ pub(super) fn specify(
     let mut signs = Vec::new();
     for &level in &map.contours {
         let words = in_words(level, &Label::of(map.contour_column()));
-        let lines = contour(map, &grid, level);
+        let lines = drawing.contour(map, level);
         if lines.is_empty() {
             notes.push(unseen(&grid, level, &words));
         }
@@ -101,25 +95,22 @@ pub(super) fn specify(
             notes.push(format!("\"{}\" does not cross this plot.", curve.label));
         }
     }
-    let Drawing { mut plot, .. } = drawing;
     let mut marks = Vec::new();
     if grid.cells.iter().any(|cell| cell.fails) {
-        marks.push((
-            "a limit is not kept".to_owned(),
-            "M-.6,-.6L.6,.6M-.6,.6L.6,-.6",
-        ));
+        let words = "a limit is not kept".to_owned();
+        marks.push((words, "M-.6,-.6L.6,.6M-.6,.6L.6,-.6"));
     }
     if let Some((place, words)) = base_point(table, [&map.x, &map.y], [&x, &y]) {
         for (size, colour, width) in [(190.0, "white", 4.5), (190.0, INK, 1.8)] {
             let mark = json!({"type": "point", "shape": "diamond", "size": size, "color": colour, "strokeWidth": width, "opacity": 1});
-            let encoding = json!({"x": x.channel("x"), "y": y.channel("y")});
-            plot.add(std::slice::from_ref(&place), mark, encoding);
+            drawing.add_at(&place, mark);
         }
         marks.push((words, "diamond"));
     }
+    let mut plot = drawing.plot;
     plot.layers.extend(legend_of_marks(&marks));
     plot.layers.extend(legend_of_lines(&signs));
-    Ok(whole(picture, &notes, &left_out, vec![plot]))
+    Ok(plot)
 }
 
 /// The axis of one side of the grid, from edge to edge of its cells.
@@ -133,11 +124,8 @@ fn side_axis(column: &str, keys: &AxisKeys, side: &Side) -> Result<Axis, Picture
 
 /// Cells without a run are white: who reads that must know.
 fn empty_cells(grid: &Grid) -> Option<String> {
-    let empty = grid
-        .cells
-        .iter()
-        .filter(|cell| cell.runs.is_empty())
-        .count();
+    let empty = grid.cells.iter().filter(|cell| cell.runs.is_empty());
+    let empty = empty.count();
     (empty > 0).then(|| {
         let cells = counted(grid.cells.len(), "cell", "cells");
         format!("White: no run ({empty} of {cells}).")
@@ -169,11 +157,6 @@ struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
-    /// Columns and rows of the grid.
-    fn size(&self) -> (usize, usize) {
-        (self.grid.x.values.len(), self.grid.y.values.len())
-    }
-
     /// Ends of a cell, in the shown units.
     fn ends(&self, i: usize, j: usize) -> Value {
         let (x, y) = (&self.grid.x.edges, &self.grid.y.edges);
@@ -190,8 +173,7 @@ impl Drawing<'_> {
 
     /// The cells that have a run, with their figure or their state.
     fn add_cells(&mut self, map: &Map, z: &Axis) {
-        let (across, up) = self.size();
-        for (i, j) in (0..up).flat_map(|j| (0..across).map(move |i| (i, j))) {
+        for (i, j) in self.grid.places() {
             let Some(cell) = self.grid.cell(i, j).filter(|cell| !cell.runs.is_empty()) else {
                 continue;
             };
@@ -232,10 +214,10 @@ impl Drawing<'_> {
 
     /// Hatches over the cells without a figure, one for each state: diagonals.
     fn add_states(&mut self) {
-        let states = self.grid.states();
-        let (across, up) = self.size();
+        let cells = self.grid.cells.iter();
+        let states: BTreeSet<&str> = cells.filter_map(|cell| cell.state.as_deref()).collect();
         let mut lines = Vec::new();
-        for (i, j) in (0..up).flat_map(|j| (0..across).map(move |i| (i, j))) {
+        for (i, j) in self.grid.places() {
             let state = self.grid.cell(i, j).and_then(|cell| cell.state.as_deref());
             let Some(at) = state.and_then(|state| states.iter().position(|known| *known == state))
             else {
@@ -267,13 +249,13 @@ impl Drawing<'_> {
     /// A cross in the cells that fail; where cells are too small for that, in one of
     /// several, with a remark. A line runs along the edge of what fails.
     fn add_fails(&mut self, z: &Axis, tall: f64) -> Option<String> {
-        let (across, up) = self.size();
+        let (across, up) = (self.grid.x.values.len(), self.grid.y.values.len());
         let fails = |i: usize, j: usize| self.grid.cell(i, j).is_some_and(|cell| cell.fails);
         let cell_px = [WIDTH / across.max(1) as f64, tall / up.max(1) as f64];
         let [every_x, every_y] =
             cell_px.map(|px| (CROSS_ROOM / px).ceil().clamp(1.0, 1e3) as usize);
         let (mut sides, mut crosses) = (Vec::new(), Vec::new());
-        for (i, j) in (0..up).flat_map(|j| (0..across).map(move |i| (i, j))) {
+        for (i, j) in self.grid.places() {
             let ends = self.ends(i, j);
             if i + 1 < across && fails(i, j) != fails(i + 1, j) {
                 sides.push(
@@ -287,7 +269,7 @@ impl Drawing<'_> {
             }
             if fails(i, j) && i % every_x == 0 && j % every_y == 0 {
                 let value = self.grid.cell(i, j).and_then(|cell| cell.z);
-                let light = value.is_none_or(|value| share(z, value) > LIGHT);
+                let light = value.is_none_or(|value| z.share(value) > LIGHT);
                 crosses.push(json!({
                     "x": self.x.shown(self.grid.x.values[i]), "y": self.y.shown(self.grid.y.values[j]),
                     "light": light,
@@ -318,11 +300,8 @@ impl Drawing<'_> {
         };
         let mut data = Vec::new();
         let mut seen = false;
-        for (part, line) in lines
-            .iter()
-            .flat_map(|line| line.split(|at| !drawn(at)))
-            .enumerate()
-        {
+        let parts = lines.iter().flat_map(|line| line.split(|at| !drawn(at)));
+        for (part, line) in parts.enumerate() {
             for (n, &(x, y)) in line.iter().enumerate() {
                 seen |= self.x.holds(x) && self.y.holds(y);
                 data.push(
@@ -348,29 +327,46 @@ impl Drawing<'_> {
 
     /// Words on the middle of the longest of some lines.
     fn add_words(&mut self, lines: &[Vec<(f64, f64)>], words: &str) {
-        let Some(longest) = lines.iter().max_by_key(|line| line.len()) else {
-            return;
-        };
-        let Some(&(x, y)) = longest.get(longest.len() / 2) else {
+        let longest = lines.iter().max_by_key(|line| line.len());
+        let Some(&(x, y)) = longest.and_then(|line| line.get(line.len() / 2)) else {
             return;
         };
         let place = json!({"x": self.x.shown(x), "y": self.y.shown(y)});
-        let encoding = json!({"x": self.x.channel("x"), "y": self.y.channel("y")});
         for mark in [
             json!({"type": "text", "text": words, "fontSize": 11, "stroke": "white", "strokeWidth": 4, "strokeJoin": "round"}),
             json!({"type": "text", "text": words, "fontSize": 11, "color": INK}),
         ] {
-            self.plot
-                .add(std::slice::from_ref(&place), mark, encoding.clone());
+            self.add_at(&place, mark);
         }
     }
-}
 
-/// Share of the scale of colours at a value.
-fn share(z: &Axis, value: f64) -> f64 {
-    let measure = |value: f64| if z.log { libm::log10(value) } else { value };
-    let (low, high) = (measure(z.ends.0), measure(z.ends.1));
-    (measure(z.shown(value)) - low) / (high - low)
+    /// Adds a mark at a place.
+    fn add_at(&mut self, place: &Value, mark: Value) {
+        let encoding = json!({"x": self.x.channel("x"), "y": self.y.channel("y")});
+        self.plot.add(std::slice::from_ref(place), mark, encoding);
+    }
+
+    /// The contour lines of a level: straight between the middles of cells, on
+    /// logarithmic axes and colours by ratio.
+    fn contour(&self, map: &Map, level: f64) -> Vec<Vec<(f64, f64)>> {
+        let log = map.contours_of.is_none() && map.z_axis.spacing == Spacing::Log;
+        let drawn = |level: f64| (!log || level > 0.0).then(|| measure(level, log));
+        let Some(level) = drawn(level) else {
+            return Vec::new();
+        };
+        let places = |side: &Side, axis: &Axis| -> Vec<f64> {
+            let values = side.values.iter();
+            values.map(|&value| measure(value, axis.log)).collect()
+        };
+        let (x, y) = (places(&self.grid.x, self.x), places(&self.grid.y, self.y));
+        let levels = self.grid.cells.iter().map(|cell| drawn(cell.level?));
+        let values: Vec<Option<f64>> = levels.collect();
+        let back = |(x, y): (f64, f64)| (measured(x, self.x.log), measured(y, self.y.log));
+        let lines = Field::of(&x, &y, &values).lines(level).into_iter();
+        lines
+            .map(|line| line.into_iter().map(back).collect())
+            .collect()
+    }
 }
 
 /// The reason for which a contour is not to be seen, `words` being its level.
@@ -383,42 +379,4 @@ fn unseen(grid: &Grid, level: f64, words: &str) -> String {
     } else {
         format!("The contour at {words} lies between cells without a value.")
     }
-}
-
-/// The contour lines of a level: straight between the middles of cells, on
-/// logarithmic axes and colours by ratio.
-fn contour(map: &Map, grid: &Grid, level: f64) -> Vec<Vec<(f64, f64)>> {
-    let log = map.contours_of.is_none() && map.z_axis.spacing == Spacing::Log;
-    let measure = |value: f64, log: bool| match log {
-        true => (value > 0.0).then(|| libm::log10(value)),
-        false => Some(value),
-    };
-    let [x_log, y_log] = [&map.x_axis, &map.y_axis].map(|keys| keys.spacing == Spacing::Log);
-    let places = |side: &Side, log: bool| -> Option<Vec<f64>> {
-        let log = log && side.names.is_none();
-        side.values
-            .iter()
-            .map(|&value| measure(value, log))
-            .collect()
-    };
-    let (Some(level), Some(x), Some(y)) = (
-        measure(level, log),
-        places(&grid.x, x_log),
-        places(&grid.y, y_log),
-    ) else {
-        return Vec::new();
-    };
-    let levels = grid.cells.iter().map(|cell| cell.level);
-    let values: Vec<Option<f64>> = levels.map(|value| measure(value?, log)).collect();
-    let value = |place: f64, side: &Side, log: bool| match log && side.names.is_none() {
-        true => libm::pow(10.0, place),
-        false => place,
-    };
-    let back =
-        |(at_x, at_y): (f64, f64)| (value(at_x, &grid.x, x_log), value(at_y, &grid.y, y_log));
-    let lines = Field::of(&x, &y, &values).lines(level);
-    lines
-        .into_iter()
-        .map(|line| line.into_iter().map(back).collect())
-        .collect()
 }

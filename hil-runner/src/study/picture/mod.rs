@@ -20,7 +20,6 @@ mod axis;
 mod bars;
 mod colour;
 mod contour;
-mod error;
 mod grid;
 mod group;
 mod histogram;
@@ -37,16 +36,46 @@ mod unit;
 
 use serde_json::Value;
 
+use note::Chosen;
+
 pub use axis::{AxisKeys, Spacing};
 pub use colour::ColourScale;
 pub(in crate::study) use contour::Field;
-pub use error::PictureError;
 pub use label::Label;
 pub(in crate::study) use spec::is_text;
 pub use spec::{
     Atom, Bars, Border, Condition, Histogram, Kind, Limit, Lines, Map, Panel, Picture, Scatter,
 };
 pub use table::{Column, Table, Values};
+
+/// Reason for a missing picture, as a sentence. Every one is a mistake in the
+/// study file or in the table; the other pictures of a study are not touched by
+/// it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{0}")]
+pub struct PictureError(String);
+
+impl PictureError {
+    fn new(sentence: impl Into<String>) -> Self {
+        Self(sentence.into())
+    }
+
+    /// Columns, or a column and the unit that was asked for, with units that
+    /// cannot share an axis.
+    fn units([first, other]: [(&str, &str); 2]) -> Self {
+        let words = |unit| match unit {
+            "" => "no unit",
+            unit => unit,
+        };
+        Self(format!(
+            "\"{}\" is in {} and \"{}\" in {}: they cannot share an axis",
+            first.0,
+            words(first.1),
+            other.0,
+            words(other.1)
+        ))
+    }
+}
 
 /// A curve that is drawn over a picture, such as a border that theory knows.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -93,12 +122,19 @@ pub struct Curve {
 /// where numbers are needed, two units on one axis, a map of rows that are no
 /// grid.
 pub fn specify(spec: &Picture, table: &Table, curves: &[Curve]) -> Result<Value, PictureError> {
-    let specified = table.check().and_then(|()| match &spec.kind {
-        Kind::Lines(lines) => lines::specify(spec, lines, table),
-        Kind::Map(map) => map::specify(spec, map, table, curves),
-        Kind::Bars(bars) => bars::specify(spec, bars, table),
-        Kind::Histogram(histogram) => histogram::specify(spec, histogram, table),
-        Kind::Scatter(scatter) => scatter::specify(spec, scatter, table),
-    });
-    specified.map_err(|error| PictureError::new(format!("picture \"{}\": {error}", spec.file)))
+    let specified = || {
+        table.check()?;
+        let mut chosen = Chosen::of(spec, table)?;
+        let plots = match &spec.kind {
+            Kind::Lines(lines) => lines::plots(lines, table, &mut chosen)?,
+            Kind::Map(map) => vec![map::plot(map, table, curves, &mut chosen)?],
+            Kind::Bars(bars) => vec![bars::plot(bars, table, &mut chosen)?],
+            Kind::Histogram(histogram) => vec![histogram::plot(histogram, table, &mut chosen)?],
+            Kind::Scatter(scatter) => vec![scatter::plot(scatter, table, &mut chosen)?],
+        };
+        Ok(sheet::whole(spec, &chosen, plots))
+    };
+    specified().map_err(|error: PictureError| {
+        PictureError::new(format!("picture \"{}\": {error}", spec.file))
+    })
 }

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::PictureError;
 use super::spec::{Kind, Picture};
-use super::table::{Table, Values};
+use super::table::Table;
 
 /// The rows that a picture shows, and what there is to say about them.
 pub(super) struct Chosen {
@@ -22,10 +22,13 @@ impl Chosen {
                 *kept &= holds;
             }
         }
-        let excluded = excluded(spec, table);
-        let dropped = |row: usize| excluded.get(row) == Some(&true);
+        // Points that the study itself leaves out are no runs that went wrong. A map shows
+        // them as cells like any others.
+        let is_map = matches!(spec.kind, Kind::Map(_));
+        let status = table.find("status").filter(|_| !is_map);
         let rows = (0..table.rows()).filter(|&row| kept[row]);
-        let (left_out, rows): (Vec<usize>, Vec<usize>) = rows.partition(|&row| dropped(row));
+        let (excluded, rows): (Vec<usize>, Vec<usize>) =
+            rows.partition(|&row| status.and_then(|status| status.word(row)) == Some("excluded"));
         let conditions: Vec<String> = spec.conditions.iter().map(ToString::to_string).collect();
         let conditions = conditions.join(" and ");
         let mut notes = Vec::new();
@@ -35,13 +38,13 @@ impl Chosen {
         } else if !conditions.is_empty() {
             notes.push(format!("Only runs with {conditions} are shown."));
         }
-        if !left_out.is_empty() {
-            let points = counted(left_out.len(), "point", "points");
+        if !excluded.is_empty() {
+            let points = counted(excluded.len(), "point", "points");
             notes.push(format!("The study's constraints leave out {points}."));
         }
         let left_out = LeftOut {
             unwanted: kept.iter().filter(|kept| !**kept).count(),
-            excluded: left_out.len(),
+            excluded: excluded.len(),
             ..LeftOut::default()
         };
         Ok(Self {
@@ -50,16 +53,33 @@ impl Chosen {
             left_out,
         })
     }
-}
 
-/// The rows of points that the study itself leaves out: they are no runs that
-/// went wrong. A map shows them as cells like any others.
-fn excluded(spec: &Picture, table: &Table) -> Vec<bool> {
-    match table.find("status").map(|status| &status.values) {
-        Some(Values::Text(words)) if !matches!(spec.kind, Kind::Map(_)) => {
-            words.iter().map(|word| word == "excluded").collect()
+    /// Adds the remarks on what is left out; `shared` says how several runs of a place
+    /// are shown.
+    pub(super) fn tell_left_out(&mut self, shared: &str) {
+        let left_out = &self.left_out;
+        if left_out.shared > 1 {
+            let runs = left_out.shared;
+            self.notes.push(format!("{shared} of up to {runs} runs."));
         }
-        _ => Vec::new(),
+        if left_out.missing > 0 {
+            let (missing, of) = (left_out.missing, counted(left_out.of, "value", "values"));
+            let verb = if missing == 1 { "is" } else { "are" };
+            self.notes.push(format!(
+                "{missing} of {of} {verb} missing: the run was not made or has no such figure."
+            ));
+        }
+        if left_out.not_above_0 > 0 {
+            let values = counted(left_out.not_above_0, "value is", "values are");
+            self.notes.push(format!(
+                "{values} not above 0 and not shown: the axis is logarithmic."
+            ));
+        }
+        if left_out.beyond > 0 {
+            let values = counted(left_out.beyond, "value lies", "values lie");
+            self.notes
+                .push(format!("{values} beyond the ends of the axes."));
+        }
     }
 }
 
@@ -89,40 +109,9 @@ impl LeftOut {
             "not_above_0": self.not_above_0, "beyond": self.beyond,
         })
     }
-
-    /// The remarks; `shared` says how several runs of a place are shown.
-    pub(super) fn notes(&self, shared: &str) -> Vec<String> {
-        let mut notes = Vec::new();
-        if self.shared > 1 {
-            notes.push(format!("{shared} of up to {} runs.", self.shared));
-        }
-        if self.missing > 0 {
-            let (missing, of) = (self.missing, counted(self.of, "value", "values"));
-            let verb = if missing == 1 { "is" } else { "are" };
-            notes.push(format!(
-                "{missing} of {of} {verb} missing: the run was not made or has no such figure."
-            ));
-        }
-        if self.not_above_0 > 0 {
-            let values = values(self.not_above_0, "is", "are");
-            notes.push(format!(
-                "{values} not above 0 and not shown: the axis is logarithmic."
-            ));
-        }
-        if self.beyond > 0 {
-            let values = values(self.beyond, "lies", "lie");
-            notes.push(format!("{values} beyond the ends of the axes."));
-        }
-        notes
-    }
 }
 
 /// `1 value` or `3 values`.
 pub(super) fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
-}
-
-/// The same with a verb.
-fn values(count: usize, one: &str, several: &str) -> String {
-    counted(count, &format!("value {one}"), &format!("values {several}"))
 }

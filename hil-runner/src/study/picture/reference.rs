@@ -48,16 +48,14 @@ pub(super) fn legend_of_lines(signs: &[Sign]) -> Option<Value> {
 
 /// A limit holds for the magnitude: where data are below 0 it has two lines.
 pub(super) fn limits(limit: Option<&Limit>, span: Option<(f64, f64)>, log: bool) -> Vec<f64> {
-    let mut limits = Vec::new();
-    if let Some(&Limit {
-        value, at_least, ..
-    }) = limit
-    {
-        limits.extend((!log || value > 0.0).then_some(value));
-        let both_sides = !at_least && span.is_some_and(|(low, _)| low < 0.0) && value > 0.0;
-        limits.extend(both_sides.then_some(-value));
+    let Some(limit) = limit.filter(|limit| !log || limit.value > 0.0) else {
+        return Vec::new();
+    };
+    let both_sides = !limit.at_least && span.is_some_and(|(low, _)| low < 0.0);
+    match both_sides && limit.value > 0.0 {
+        true => vec![limit.value, -limit.value],
+        false => vec![limit.value],
     }
-    limits
 }
 
 /// The span with the limits that are near it; one far off would press the data
@@ -67,27 +65,19 @@ pub(super) fn with_limits(
     limits: &[f64],
     log: bool,
 ) -> Option<(f64, f64)> {
-    let Some((low, high)) = span else {
-        return extent(limits.iter().copied());
+    let near = |&limit: &f64| match span {
+        None => true,
+        Some((low, high)) if log => limit >= 0.01 * low && limit <= 100.0 * high,
+        Some((low, high)) => limit.abs() <= 4.0 * low.abs().max(high.abs()),
     };
-    let near = |limit: f64| match log {
-        true => limit >= 0.01 * low && limit <= 100.0 * high,
-        false => limit.abs() <= 4.0 * low.abs().max(high.abs()),
-    };
-    let limits = limits.iter().copied().filter(|&limit| near(limit));
-    extent(limits.chain([low, high]))
+    let ends = span.into_iter().flat_map(|(low, high)| [low, high]);
+    extent(limits.iter().copied().filter(near).chain(ends))
 }
 
 /// Adds lines at limits, across the axis of that channel.
 pub(super) fn add_limits(plot: &mut Plot, limits: &[f64], axis: &Axis, channel: &str) {
-    add_rules(
-        plot,
-        limits,
-        axis,
-        channel,
-        "limit",
-        (LIMIT, LIMIT_DASH, 1.8),
-    );
+    let look = ("limit", LIMIT, LIMIT_DASH, 1.8);
+    add_rules(plot, limits, axis, channel, look);
 }
 
 /// Explanation of a limit of a column with that label.
@@ -105,13 +95,11 @@ fn add_rules(
     values: &[f64],
     axis: &Axis,
     channel: &str,
-    name: &str,
-    (colour, dash, width): (&str, &[f64], f64),
+    (name, colour, dash, width): (&str, &str, &[f64], f64),
 ) {
     let inside = values.iter().filter(|value| axis.holds(**value));
-    let data: Vec<Value> = inside
-        .map(|value| json!({channel: axis.shown(*value)}))
-        .collect();
+    let data = inside.map(|value| json!({channel: axis.shown(*value)}));
+    let data: Vec<Value> = data.collect();
     let mark = json!({"type": "rule", "style": name, "color": colour, "strokeDash": dash, "strokeWidth": width});
     plot.add(&data, mark, json!({channel: axis.channel(channel)}));
 }
@@ -125,7 +113,7 @@ fn own_value(table: &Table, column: &str, axis: &Axis) -> Option<f64> {
 /// Adds a line at the base's value of `x`; its explanation, if it has one.
 pub(super) fn add_base_line(plot: &mut Plot, table: &Table, x: &str, axis: &Axis) -> Option<Sign> {
     let own = own_value(table, x, axis)?;
-    add_rules(plot, &[own], axis, "x", "base", (INK, BASE_DASH, 1.4));
+    add_rules(plot, &[own], axis, "x", ("base", INK, BASE_DASH, 1.4));
     Some(Sign {
         words: format!("the base, {}", in_words(own, &Label::of(x))),
         colour: INK,

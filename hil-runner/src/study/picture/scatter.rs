@@ -8,12 +8,12 @@ use super::axis::{Axis, Margin, Spacing, extent};
 use super::colour::{FAIL, MUTED, PASS};
 use super::label::Label;
 use super::map::CROSS;
-use super::note::{Chosen, LeftOut};
+use super::note::Chosen;
 use super::reference::{
-    add_base_line, add_limits, legend_of_lines, limit_sign, limits, with_limits,
+    Sign, add_base_line, add_limits, legend_of_lines, limit_sign, limits, with_limits,
 };
-use super::sheet::{Plot, WIDTH, brush, choice, fading, of_marks, whole};
-use super::spec::{Picture, Scatter};
+use super::sheet::{Plot, WIDTH, brush, choice, fading, of_marks};
+use super::spec::Scatter;
 use super::{PictureError, Table};
 
 /// Height of the plot \[px\].
@@ -33,24 +33,15 @@ struct Run {
     pass: Option<bool>,
 }
 
-pub(super) fn specify(
-    picture: &Picture,
+pub(super) fn plot(
     scatter: &Scatter,
     table: &Table,
-) -> Result<Value, PictureError> {
-    let Chosen {
-        rows,
-        mut notes,
-        mut left_out,
-    } = Chosen::of(picture, table)?;
-    let mut runs = runs(scatter, table, &rows, &mut left_out)?;
+    chosen: &mut Chosen,
+) -> Result<Plot, PictureError> {
+    let mut runs = runs(scatter, table, chosen)?;
+    let label = Label::of(&scatter.x);
     let span = extent(runs.iter().map(|run| run.x));
-    let x = Axis::new(
-        &scatter.x_axis,
-        &Label::of(&scatter.x),
-        span,
-        Margin::Around,
-    )?;
+    let x = Axis::new(&scatter.x_axis, &label, span, Margin::Around)?;
     let label = Label::of(&scatter.y);
     let log = scatter.y_axis.spacing == Spacing::Log;
     let span = extent(runs.iter().map(|run| run.y));
@@ -59,63 +50,60 @@ pub(super) fn specify(
     let y = Axis::new(&scatter.y_axis, &label, span, Margin::Around)?;
     let all = runs.len();
     runs.retain(|run| x.holds(run.x) && y.holds(run.y));
-    left_out.beyond = all - runs.len();
-    notes.extend(left_out.notes(""));
+    chosen.left_out.beyond = all - runs.len();
+    chosen.tell_left_out("");
     let mut plot = Plot::new(HEIGHT);
     let names = names(&runs);
     plot.marks = marks(&runs, &names, [&x, &y]);
     if plot.marks.len() < runs.len() {
-        notes.push(format!(
+        chosen.notes.push(format!(
             "{} runs, {} marks: runs of one verdict closer than {SQUARE} px share one.",
             runs.len(),
             plot.marks.len()
         ));
     }
     let judged = names.iter().filter(|(_, name)| !name.is_empty());
-    let judged: Vec<(Look, &String)> = judged.map(|(pass, name)| (look(*pass), name)).collect();
-    let words: Vec<&String> = judged.iter().map(|(_, name)| *name).collect();
-    let channel = |range: Vec<&str>| json!({"field": "name", "type": "nominal", "title": null, "scale": {"domain": words, "range": range}});
+    let (words, looks): (Vec<&String>, Vec<[&str; 2]>) =
+        judged.map(|(pass, name)| (name, look(*pass))).unzip();
+    let channel = |at: usize| {
+        let range: Vec<&str> = looks.iter().map(|look| look[at]).collect();
+        json!({"field": "name", "type": "nominal", "title": null, "scale": {"domain": words, "range": range}})
+    };
     let mut encoding = json!({
         "x": x.channel("x"), "y": y.channel("y"),
         "opacity": fading(1.0),
         "tooltip": [{"field": "rows", "title": "row"}, {"field": "x", "title": x.title}, {"field": "y", "title": y.title}],
     });
     let mut mark = json!({"type": "point", "filled": true, "size": 26, "clip": true});
-    if judged.is_empty() {
+    if words.is_empty() {
         mark["color"] = json!(PASS);
+        encoding["opacity"] = json!({"value": 1});
     } else {
-        encoding["color"] = channel(judged.iter().map(|(look, _)| look.colour).collect());
-        encoding["shape"] = channel(judged.iter().map(|(look, _)| look.shape).collect());
+        (encoding["color"], encoding["shape"]) = (channel(0), channel(1));
     }
     let mut layer = of_marks(mark, encoding);
     brush(&mut layer, 0, &["x", "y"]);
-    if judged.is_empty() {
-        layer["encoding"]["opacity"] = json!({"value": 1});
-    } else {
+    if !words.is_empty() {
         choice(&mut layer);
     }
     plot.layers.push(layer);
-    let mut signs = Vec::new();
-    signs.extend(scatter.limit.iter().map(|limit| limit_sign(limit, &label)));
+    let limit = scatter.limit.iter();
+    let mut signs: Vec<Sign> = limit.map(|limit| limit_sign(limit, &label)).collect();
     signs.extend(add_base_line(&mut plot, table, &scatter.x, &x));
     add_limits(&mut plot, &limits, &y, "y");
     plot.layers.extend(legend_of_lines(&signs));
-    Ok(whole(picture, &notes, &left_out, vec![plot]))
+    Ok(plot)
 }
 
 /// The runs that have a place on both axes.
-fn runs(
-    scatter: &Scatter,
-    table: &Table,
-    rows: &[usize],
-    left_out: &mut LeftOut,
-) -> Result<Vec<Run>, PictureError> {
+fn runs(scatter: &Scatter, table: &Table, chosen: &mut Chosen) -> Result<Vec<Run>, PictureError> {
+    let Chosen { rows, left_out, .. } = chosen;
     let x = table.column(&scatter.x)?.numbers()?;
     let y = table.column(&scatter.y)?.numbers()?;
     let pass = table.column_or(scatter.pass.as_ref(), "pass")?;
     let log = [scatter.x_axis.spacing, scatter.y_axis.spacing].map(|of| of == Spacing::Log);
     let mut runs = Vec::new();
-    for &row in rows {
+    for &row in rows.iter() {
         left_out.of += 1;
         let (Some(x), Some(y)) = (x[row], y[row]) else {
             left_out.missing += 1;
@@ -132,18 +120,12 @@ fn runs(
 }
 
 /// Colour and shape of a verdict.
-struct Look {
-    colour: &'static str,
-    shape: &'static str,
-}
-
-fn look(pass: Option<bool>) -> Look {
-    let (colour, shape) = match pass {
-        Some(true) => (PASS, "circle"),
-        Some(false) => (FAIL, CROSS),
-        None => (MUTED, "diamond"),
-    };
-    Look { colour, shape }
+fn look(pass: Option<bool>) -> [&'static str; 2] {
+    match pass {
+        Some(true) => [PASS, "circle"],
+        Some(false) => [FAIL, CROSS],
+        None => [MUTED, "diamond"],
+    }
 }
 
 /// The verdicts, each with its words and its runs counted; no words where nobody
@@ -157,12 +139,8 @@ fn names(runs: &[Run]) -> Vec<(Option<bool>, String)> {
     ];
     let named = |(pass, words): (Option<bool>, &str)| {
         let count = runs.iter().filter(|run| run.pass == pass).count();
-        let words = if judged {
-            format!("{words}: {count}")
-        } else {
-            String::new()
-        };
-        (count > 0).then_some((pass, words))
+        let words = judged.then(|| format!("{words}: {count}"));
+        (count > 0).then(|| (pass, words.unwrap_or_default()))
     };
     verdicts.into_iter().filter_map(named).collect()
 }
@@ -170,11 +148,7 @@ fn names(runs: &[Run]) -> Vec<(Option<bool>, String)> {
 /// The marks; where there are many runs those of a square of the plot share one.
 fn marks(runs: &[Run], names: &[(Option<bool>, String)], [x, y]: [&Axis; 2]) -> Vec<Value> {
     let thin = runs.len() > MOST_MARKS;
-    let square = |axis: &Axis, value: f64, px: f64| {
-        let measure = |value: f64| if axis.log { libm::log10(value) } else { value };
-        let (low, high) = (measure(axis.ends.0), measure(axis.ends.1));
-        ((measure(axis.shown(value)) - low) / (high - low) * px / SQUARE) as usize
-    };
+    let square = |axis: &Axis, value: f64, px: f64| (axis.share(value) * px / SQUARE) as usize;
     let mut marks = Vec::new();
     for (pass, name) in names {
         let mut of_square: BTreeMap<[usize; 3], Vec<&Run>> = BTreeMap::new();

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::Picture;
 use super::colour::{GRID, INK, MUTED};
-use super::note::LeftOut;
+use super::note::Chosen;
 
 /// Width of a plot \[px\].
 pub(super) const WIDTH: f64 = 740.0;
@@ -49,13 +49,15 @@ pub(super) fn of_marks(mark: Value, encoding: Value) -> Value {
     json!({"data": {"name": "runs"}, "mark": mark, "encoding": encoding})
 }
 
+/// The same for those marks of which `filter` is true.
+pub(super) fn of_some_marks(filter: &str, mark: Value, encoding: Value) -> Value {
+    let mut layer = of_marks(mark, encoding);
+    layer["transform"] = json!([{"filter": filter}]);
+    layer
+}
+
 /// The whole specification.
-pub(super) fn whole(
-    picture: &Picture,
-    notes: &[String],
-    left_out: &LeftOut,
-    mut plots: Vec<Plot>,
-) -> Value {
+pub(super) fn whole(picture: &Picture, chosen: &Chosen, mut plots: Vec<Plot>) -> Value {
     let mut datasets = Map::new();
     for (at, plot) in plots.iter_mut().enumerate() {
         let name = format!("runs_{at}");
@@ -78,7 +80,8 @@ pub(super) fn whole(
         }
         datasets.insert(name, Value::Array(std::mem::take(&mut plot.marks)));
     }
-    let mut subtitle: Vec<String> = notes.iter().flat_map(|note| fold(note, NOTE)).collect();
+    let notes = chosen.notes.iter();
+    let mut subtitle: Vec<String> = notes.flat_map(|note| fold(note, NOTE)).collect();
     subtitle.dedup();
     let words = match &picture.caption {
         Some(caption) => format!("{}. {caption}", picture.title),
@@ -89,19 +92,17 @@ pub(super) fn whole(
         "description": words,
         "title": {"text": fold(&picture.title, TITLE), "subtitle": subtitle},
         "background": "white",
-        "usermeta": left_out.counts(),
+        "usermeta": chosen.left_out.counts(),
         "config": config(),
         "datasets": datasets,
     });
-    let mut bodies: Vec<Value> = plots
-        .into_iter()
-        .map(|Plot { height, layers, .. }| {
-            json!({
-                "width": WIDTH, "height": height, "layer": layers,
-                "resolve": {"scale": {"stroke": "independent", "strokeDash": "independent"}},
-            })
+    let body = |plot: Plot| {
+        json!({
+            "width": WIDTH, "height": plot.height, "layer": plot.layers,
+            "resolve": {"scale": {"stroke": "independent", "strokeDash": "independent"}},
         })
-        .collect();
+    };
+    let mut bodies: Vec<Value> = plots.into_iter().map(body).collect();
     match (bodies.as_mut_slice(), spec.as_object_mut()) {
         ([Value::Object(body)], Some(spec)) => spec.append(body),
         _ => {
@@ -138,10 +139,9 @@ pub(super) fn choice(layer: &mut Value) {
         "select": {"type": "point", "fields": ["name"], "toggle": "true"},
         "bind": "legend",
     });
-    if let Some(params) = layer["params"].as_array_mut() {
-        params.push(choice);
-    } else {
-        layer["params"] = json!([choice]);
+    match layer["params"].as_array_mut() {
+        Some(params) => params.push(choice),
+        None => layer["params"] = json!([choice]),
     }
 }
 
@@ -171,10 +171,8 @@ fn config() -> Value {
 /// A text in lines of at most so many characters, where its words allow it.
 fn fold(text: &str, most: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
-    for word in text
-        .split([' ', '\n', '\t'])
-        .filter(|word| !word.is_empty())
-    {
+    let words = text.split([' ', '\n', '\t']);
+    for word in words.filter(|word| !word.is_empty()) {
         match lines.last_mut() {
             Some(line) if line.chars().count() + 1 + word.chars().count() <= most => {
                 line.push(' ');

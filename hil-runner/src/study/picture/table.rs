@@ -115,6 +115,14 @@ impl Column {
         }
     }
 
+    /// The word of a row, if the column has words.
+    pub(super) fn word(&self, row: usize) -> Option<&str> {
+        match &self.values {
+            Values::Text(words) => words.get(row).map(String::as_str),
+            Values::Number(_) => None,
+        }
+    }
+
     /// The verdict that a cell of this column tells: 1 or 0, or a word for it.
     pub(super) fn verdict(&self, row: usize) -> Option<bool> {
         match &self.values {
@@ -123,9 +131,9 @@ impl Column {
                 Some(0.0) => Some(false),
                 _ => None,
             },
-            Values::Text(values) => match values.get(row).map(String::as_str) {
-                Some("pass" | "true" | "yes" | "1") => Some(true),
-                Some("fail" | "false" | "no" | "0") => Some(false),
+            Values::Text(_) => match self.word(row)? {
+                "pass" | "true" | "yes" | "1" => Some(true),
+                "fail" | "false" | "no" | "0" => Some(false),
                 _ => None,
             },
         }

@@ -65,26 +65,9 @@ pub(super) struct Unit {
     base: Option<(&'static str, i32)>,
 }
 
-/// Form in which numbers of a unit are shown.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Shown {
-    /// Shown number = number · 10^`shift`.
-    pub(super) shift: i32,
-    /// Symbol of the shown unit; may begin with a power of ten.
-    pub(super) symbol: String,
-    /// Base unit and the power of ten of the shown unit in it.
-    pub(super) base: Option<(&'static str, i32)>,
-}
-
-impl Shown {
-    fn new(shift: i32, symbol: String, base: Option<(&'static str, i32)>) -> Self {
-        Self {
-            shift,
-            symbol,
-            base,
-        }
-    }
-}
+/// Form in which numbers of a unit are shown: the power of ten that they are
+/// multiplied by, and the symbol of the shown unit, which may begin with one.
+pub(super) type Shown = (i32, String);
 
 impl Unit {
     /// The unit with that symbol. `m` is the metre: a base unit goes first.
@@ -101,11 +84,6 @@ impl Unit {
             symbol: symbol.to_owned(),
             base: whole.map(|(base, _)| (*base, 0)).or_else(parts),
         }
-    }
-
-    /// The unit as it is.
-    pub(super) fn plain(&self) -> Shown {
-        Shown::new(0, self.symbol.clone(), self.base)
     }
 
     /// Power of ten from this unit to another of the same base.
@@ -127,47 +105,40 @@ impl Unit {
         let other = Unit::of(&symbol);
         let apart = || PictureError::units([(column, &self.symbol), (&symbol, &symbol)]);
         let shift = self.shift_to(&other).ok_or_else(apart)?;
-        Ok(Shown::new(shift, other.symbol, other.base))
+        Ok((shift, symbol))
     }
 
     /// The unit that suits numbers up to `largest` in magnitude: numbers from
-    /// 0.1 to 10⁴ stay as they are, others take a prefix or a power of ten.
-    pub(super) fn suited(&self, largest: f64) -> Shown {
+    /// 0.1 to 10⁴ stay as they are, others take a prefix or, `by_power`, a power of ten.
+    pub(super) fn suited(&self, largest: f64, by_power: bool) -> Shown {
+        let plain = (0, self.symbol.clone());
         if !largest.is_finite() || largest == 0.0 || (0.1..1e4).contains(&largest) {
-            return self.plain();
+            return plain;
         }
         let decade = decade_below(largest);
-        match self.base {
-            Some((base, from)) => {
-                // In the base unit.
-                let (power, symbol) = prefixed(base, decade + from);
-                if decade + from - power > 4 {
-                    return self.by_power(decade);
-                }
-                Shown::new(from - power, symbol, Some((base, power)))
+        // The power of 1000 at or below a decade.
+        let thousands = |decade: i32| decade.div_euclid(3) * 3;
+        if let Some((base, from)) = self.base {
+            // In the base unit.
+            let decade = decade + from;
+            let most = WITH_PREFIX.iter().find(|(name, _)| *name == base);
+            let power = thousands(decade).clamp(-12, most.map_or(0, |(_, most)| *most));
+            if decade - power <= 4 {
+                let prefix = PREFIXES.iter().find(|(_, of)| *of == power);
+                let prefix = prefix.map_or("", |(prefix, _)| prefix);
+                return (from - power, format!("{prefix}{base}"));
             }
-            None if (-2..5).contains(&decade) => self.plain(),
-            None => self.by_power(decade),
+        } else if (-2..5).contains(&decade) {
+            return plain;
         }
-    }
-
-    /// The unit with the power of 1000 at or below a decade.
-    fn by_power(&self, decade: i32) -> Shown {
-        let power = decade.div_euclid(3) * 3;
+        if !by_power {
+            return plain;
+        }
+        let power = thousands(decade);
         let space = if self.symbol.is_empty() { "" } else { " " };
         let symbol = format!("10{}{space}{}", superscript(power), self.symbol);
-        Shown::new(-power, symbol, None)
+        (-power, symbol)
     }
-}
-
-/// The power of 1000 at or below a decade for which a base unit has a prefix,
-/// and the unit with it.
-fn prefixed(base: &str, decade: i32) -> (i32, String) {
-    let most = WITH_PREFIX.iter().find(|(name, _)| *name == base);
-    let power = (decade.div_euclid(3) * 3).clamp(-12, most.map_or(0, |(_, most)| *most));
-    let prefix = PREFIXES.iter().find(|(_, of)| *of == power);
-    let symbol = format!("{}{base}", prefix.map_or("", |(prefix, _)| prefix));
-    (power, symbol)
 }
 
 /// Largest k with 10^k ≤ `magnitude`, for a finite number above 0; exact, since
@@ -186,11 +157,6 @@ pub(super) fn power_of_ten(k: i32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn shown(symbol: &str, largest: f64) -> (i32, String) {
-        let shown = Unit::of(symbol).suited(largest);
-        (shown.shift, shown.symbol)
-    }
 
     #[test]
     fn the_longest_suffix_counts() {
@@ -227,7 +193,7 @@ mod tests {
             ("", 1e6, -6, "10⁶"),
             ("%", 0.0, 0, "%"),
         ] {
-            let found = shown(symbol, largest);
+            let found = Unit::of(symbol).suited(largest, true);
             assert_eq!(found, (shift, text.into()), "{largest} {symbol}");
         }
     }
@@ -235,8 +201,7 @@ mod tests {
     #[test]
     fn a_picture_may_ask_for_a_unit() {
         let seconds = Unit::of("s");
-        let shown = seconds.asked("t_s", "us").unwrap();
-        assert_eq!((shown.shift, shown.symbol.as_str()), (6, "µs"));
+        assert_eq!(seconds.asked("t_s", "us"), Ok((6, "µs".into())));
         let error = seconds.asked("t_s", "mm").unwrap_err().to_string();
         assert_eq!(
             error,

@@ -105,34 +105,20 @@ impl JsonSchema for Picture {
         ];
         let of_kind = |(kind, mut keys): (&str, Schema)| {
             let object = keys.ensure_object();
-            let mut insert = |key: &str, required: bool, schema: serde_json::Value| {
-                object["properties"][key] = schema;
-                if required && let Some(required) = object["required"].as_array_mut() {
-                    required.push(json!(key));
-                }
-            };
             let stem = r"^[\p{L}\p{N}_-]{1,100}$";
-            insert("kind", true, json!({"const": kind}));
-            insert(
-                "file",
-                true,
-                json!({"type": "string", "pattern": stem, "description": "Stem of the file's name"}),
-            );
-            insert(
-                "title",
-                true,
-                json!({"type": "string", "description": "Title, shown above the plots"}),
-            );
-            insert(
-                "caption",
-                false,
-                json!({"type": "string", "description": "Words for the report on the thing to be seen"}),
-            );
-            insert(
-                "where",
-                false,
-                json!({"type": "object", "description": "Columns, each with the value or the values that a row must have to be shown"}),
-            );
+            let of_all = json!({
+                "kind": {"const": kind},
+                "file": {"type": "string", "pattern": stem, "description": "Stem of the file's name"},
+                "title": {"type": "string", "description": "Title, shown above the plots"},
+                "caption": {"type": "string", "description": "Words for the report on the thing to be seen"},
+                "where": {"type": "object", "description": "Columns, each with the value or the values that a row must have to be shown"},
+            });
+            for key in ["kind", "file", "title", "caption", "where"] {
+                object["properties"][key] = of_all[key].clone();
+            }
+            if let Some(required) = object["required"].as_array_mut() {
+                required.extend(["kind", "file", "title"].map(serde_json::Value::from));
+            }
             keys
         };
         json_schema!({"oneOf": kinds.map(of_kind)})
@@ -158,16 +144,12 @@ fn read(mut table: toml::Table) -> Result<Picture, String> {
 }
 
 fn rest(mut table: toml::Table, file: &str) -> Result<Picture, String> {
-    let title = text(&mut table, "title").map_err(|error| format!("it {error}"))?;
-    let kind = text(&mut table, "kind").map_err(|error| format!("it {error}"))?;
-    let caption = match table.contains_key("caption") {
-        true => Some(text(&mut table, "caption").map_err(|error| format!("it {error}"))?),
-        false => None,
-    };
-    let conditions = match table.remove("where") {
-        Some(value) => wanted::conditions(value)?,
-        None => Vec::new(),
-    };
+    let has_caption = table.contains_key("caption");
+    let mut take = |key| text(&mut table, key).map_err(|error| format!("it {error}"));
+    let (title, kind) = (take("title")?, take("kind")?);
+    let caption = has_caption.then(|| take("caption")).transpose()?;
+    let conditions = table.remove("where").map(wanted::conditions);
+    let conditions = conditions.transpose()?.unwrap_or_default();
     let kind = match kind.as_str() {
         "lines" => Kind::Lines(Lines::read(table)?),
         "map" => Kind::Map(kind_keys(table, &["x", "y", "z"], Map::check)?),
@@ -270,11 +252,8 @@ impl Picture {
     /// The columns that the picture needs, so that a study file can be held
     /// against its results before they exist.
     pub fn columns(&self) -> Vec<&str> {
-        let mut names: Vec<&str> = self
-            .conditions
-            .iter()
-            .map(|condition| condition.column.as_str())
-            .collect();
+        let conditions = self.conditions.iter();
+        let mut names: Vec<&str> = conditions.map(|of| of.column.as_str()).collect();
         match &self.kind {
             Kind::Lines(lines) => {
                 names.push(&lines.x);

@@ -95,20 +95,13 @@ impl Condition {
 impl fmt::Display for Condition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let label = Label::of(&self.column);
-        write!(f, "{} = ", within(&label.words))?;
-        for (atom, at) in self.any_of.iter().zip(0_u32..) {
-            if at > 0 {
-                f.write_str(" or ")?;
-            }
-            match atom {
-                Atom::Number(number) => f.write_str(&number::table(*number))?,
-                Atom::Text(text) => f.write_str(text)?,
-                Atom::Flag(flag) => f.write_str(if *flag { "yes" } else { "no" })?,
-            }
-            if matches!(atom, Atom::Number(_)) && !label.unit.is_empty() {
-                write!(f, " {}", label.unit)?;
-            }
-        }
-        Ok(())
+        let words = |atom: &Atom| match atom {
+            Atom::Number(number) if label.unit.is_empty() => number::table(*number),
+            Atom::Number(number) => format!("{} {}", number::table(*number), label.unit),
+            Atom::Text(text) => text.clone(),
+            Atom::Flag(flag) => if *flag { "yes" } else { "no" }.to_owned(),
+        };
+        let any_of: Vec<String> = self.any_of.iter().map(words).collect();
+        write!(f, "{} = {}", within(&label.words), any_of.join(" or "))
     }
 }
