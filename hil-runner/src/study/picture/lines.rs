@@ -350,6 +350,7 @@ impl Drawing<'_> {
         let mut layers = Vec::new();
         if has_band {
             let mut encoding = channels("color", colour.clone());
+            encoding["y"]["field"] = json!("low");
             encoding["y2"] = json!({"field": "high"});
             encoding["opacity"] = fading(0.16);
             let mark = json!({"type": "area", "clip": true});
