@@ -2,7 +2,7 @@
 //! ranges. What is right comes out as values, each with its place for messages
 //! that concern several of them, which `consistency` has.
 
-use super::errors::{Findings, Place, Problem, one_line};
+use super::errors::{Findings, Place, one_line};
 use super::key_path::{self, Hint};
 use super::keys::{
     Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, List, Need, Range, SMALLEST_MAGNITUDE, Section,
@@ -20,59 +20,53 @@ pub(super) fn check(tree: &Table, findings: &mut Findings) -> Values {
     for section in SECTIONS {
         let node = tree.get(section.name);
         let table = tree.section(section.name);
-        let list = table::list_instead_of(section).filter(|list| tree.get(list.row.name).is_some());
-        match node {
-            Some(node) if table.is_none() => {
+        let list = table::list_instead_of(section);
+        let rows = list.and_then(|list| Some((list.row.name, tree.get(list.row.name)?)));
+        match (node, rows) {
+            (Some(node), _) if table.is_none() => {
                 let because = format!("{0} is a section; write [{0}]", section.name);
-                not_allowed(findings, node, section.name, because);
+                findings.refuse(node, section.name, because);
                 continue;
             }
-            None if table.is_none()
-                && section.is_required()
-                && list.is_none()
-                && !meant.contains(&("", section.name)) =>
-            {
-                findings.push_missing(None, lacks_section(section));
-            }
-            Some(node) if let Some(list) = list => {
+            (Some(node), Some((name, rows))) => {
                 let because = match &node.place {
                     Place::Line(line) => format!("[{}] (line {line})", section.name),
                     Place::Set(set) => format!("--set {set}"),
-                    _ => format!("[{}]", section.name),
+                    Place::File => format!("[{}]", section.name),
                 };
                 let because = format!("{because} is there too; a file has one of them");
-                if let Some(rows) = tree.get(list.row.name) {
-                    not_allowed(findings, rows, list.row.name, because);
-                }
+                findings.refuse(rows, name, because);
+            }
+            (None, None)
+                if table.is_none()
+                    && section.is_required()
+                    && !meant.contains(&("", section.name)) =>
+            {
+                findings.push_missing(None, lacks_section(section));
             }
             _ => {}
         }
-        let found = check_keys(section, (section.name, node, table), tree, &meant, findings);
-        let named = |(key, entry)| (section.name, key, entry);
-        values.entries.extend(found.into_iter().map(named));
+        let part = Part::new(section, section.name.to_owned());
+        values
+            .parts
+            .push(part.check(node, table, tree, &meant, findings));
     }
     for list in LISTS {
         let name = list.row.name;
         let Some(node) = tree.get(name) else { continue };
-        let items = match &node.value {
-            Toml::Array(items) => items.as_slice(),
-            _ => &[],
-        };
-        let tables = items.iter().filter_map(|item| match &item.value {
-            Toml::Table(table) => Some((item, table)),
-            _ => None,
-        });
-        let tables: Vec<_> = tables.collect();
-        if tables.len() != items.len() || items.is_empty() {
+        let rows = node.value.rows();
+        if rows.is_empty() || rows.iter().any(|(_, table)| table.is_none()) {
             let because = format!("{name} is a list of sections; write [[{name}]] for each");
-            not_allowed(findings, node, name, because);
+            findings.refuse(node, name, because);
             continue;
         }
-        for (index, (node, table)) in tables.into_iter().enumerate() {
-            let path = format!("{name}.{}", index + 1);
-            let at = (path.as_str(), Some(node), Some(table));
-            let found = check_keys(&list.row, at, tree, &meant, findings);
-            values.rows.push((list, found));
+        for (number, (node, table)) in (1..).zip(rows) {
+            let part = Part {
+                list: Some(list),
+                ..Part::new(&list.row, format!("{name}.{number}"))
+            };
+            let checked = part.check(Some(node), table, tree, &meant, findings);
+            values.parts.push(checked);
         }
     }
     values
@@ -88,66 +82,86 @@ pub(super) fn section(tree: &Table, name: &str, findings: &mut Findings) -> Valu
                 findings.push(node.place.clone(), problem);
             }
         }
-        let at = (name, tree.get(name), Some(table));
-        let found = check_keys(section, at, tree, &[], findings);
-        let entries = found
-            .into_iter()
-            .map(|(key, entry)| (section.name, key, entry));
-        values.entries.extend(entries);
+        let part = Part::new(section, name.to_owned());
+        let checked = part.check(tree.get(name), Some(table), tree, &[], findings);
+        values.parts.push(checked);
     }
     values
 }
 
-/// The keys of a section, or of a row, that are given or have a default; `named` is how
-/// messages call it.
-fn check_keys(
-    section: &'static Section,
-    (named, node, table): (&str, Option<&Node>, Option<&Table>),
-    tree: &Table,
-    meant: &[(&'static str, &'static str)],
-    findings: &mut Findings,
-) -> Vec<(&'static Key, Entry)> {
-    let mut entries = Vec::new();
-    for key in section.keys {
-        let entry = if let Some(node) = table.and_then(|table| table.get(key.name)) {
-            let checked = check_value(key, node).map_err(|because| {
-                not_allowed(findings, node, &path(named, key.name), because);
-            });
-            Some(Entry {
-                place: Some(node.place.clone()),
-                text: node.text.clone(),
-                value: checked.ok(),
-            })
-        } else {
-            let is_there = |name: &str| {
-                meant.contains(&(section.name, name))
-                    || table.is_some_and(|table| table.get(name).is_some())
-            };
-            if table.is_some()
-                && !is_there(key.name)
-                && let Some(words) = missing_words(key, section, &is_there, tree)
-            {
-                let place = node.map(|node| &node.place);
-                let line = match place {
-                    Some(Place::Line(line)) => format!(" (line {line})"),
-                    _ => String::new(),
-                };
-                let sentence = format!("[{named}]{line} lacks {words}");
-                findings.push_missing(place, sentence);
-            }
-            // Another way than that of the default is taken.
-            let mut given = table.iter().flat_map(|table| &table.entries);
-            let is_excluded = given.any(|(name, _)| section.excludes(key.name, name));
-            let default = key.default().filter(|_| !is_excluded);
-            default.map(|value| Entry {
-                place: None,
-                text: value.to_toml(),
-                value: Some(value),
-            })
-        };
-        entries.extend(entry.map(|entry| (key, entry)));
+/// What a file says in a section, or in a row of a list.
+#[derive(Debug, Clone)]
+pub(super) struct Part {
+    /// How messages and [`Values::entry`] call it: `load.1` for the first row.
+    pub(super) name: String,
+    pub(super) section: &'static Section,
+    /// The list of which it is a row.
+    pub(super) list: Option<&'static List>,
+    /// The keys that are given or have a default.
+    pub(super) entries: Vec<(&'static Key, Entry)>,
+}
+
+impl Part {
+    fn new(section: &'static Section, name: String) -> Self {
+        Self {
+            name,
+            section,
+            list: None,
+            entries: Vec::new(),
+        }
     }
-    entries
+
+    /// The part with its keys, from the table at a node.
+    fn check(
+        mut self,
+        node: Option<&Node>,
+        table: Option<&Table>,
+        tree: &Table,
+        meant: &[(&'static str, &'static str)],
+        findings: &mut Findings,
+    ) -> Self {
+        let section = self.section;
+        for key in section.keys {
+            let entry = if let Some(node) = table.and_then(|table| table.get(key.name)) {
+                let checked = check_value(key, node).map_err(|because| {
+                    findings.refuse(node, &path(&self.name, key.name), because);
+                });
+                Some(Entry {
+                    place: Some(node.place.clone()),
+                    text: node.text.clone(),
+                    value: checked.ok(),
+                })
+            } else {
+                let is_there = |name: &str| {
+                    meant.contains(&(section.name, name))
+                        || table.is_some_and(|table| table.get(name).is_some())
+                };
+                if table.is_some()
+                    && !is_there(key.name)
+                    && let Some(words) = missing_words(key, section, &is_there, tree)
+                {
+                    let place = node.map(|node| &node.place);
+                    let line = match place {
+                        Some(Place::Line(line)) => format!(" (line {line})"),
+                        _ => String::new(),
+                    };
+                    let sentence = format!("[{}]{line} lacks {words}", self.name);
+                    findings.push_missing(place, sentence);
+                }
+                // Another way than that of the default is taken.
+                let mut given = table.iter().flat_map(|table| &table.entries);
+                let is_excluded = given.any(|(name, _)| section.excludes(key.name, name));
+                let default = key.default().filter(|_| !is_excluded);
+                default.map(|value| Entry {
+                    place: None,
+                    text: value.to_toml(),
+                    value: Some(value),
+                })
+            };
+            self.entries.extend(entry.map(|entry| (key, entry)));
+        }
+        self
+    }
 }
 
 /// A key as a message shows it: in quotes if TOML would need them.
@@ -158,15 +172,6 @@ fn show_key(name: &str) -> String {
     } else {
         one_line(&format!("{name:?}"), 60)
     }
-}
-
-fn not_allowed(findings: &mut Findings, node: &Node, key: &str, because: String) {
-    let problem = Problem::NotAllowed {
-        key: key.to_owned(),
-        text: node.text.clone(),
-        because,
-    };
-    findings.push(node.place.clone(), problem);
 }
 
 /// Reports what is not in the table; returns the keys (with their section) and
@@ -181,41 +186,28 @@ fn report_unknown(tree: &Table, findings: &mut Findings) -> Vec<(&'static str, &
     let of_top = |name: &str| table::find("").is_some_and(|top| top.key(name).is_some());
     for (name, node) in &tree.entries {
         let section = table::find(name).filter(|_| !name.is_empty());
-        match (section, &node.value) {
-            (Some(section), Toml::Table(table)) => {
-                let unknown = |(name, _): &&(String, Node)| section.key(name).is_none();
-                for (name, node) in table.entries.iter().filter(unknown) {
-                    let what = format!("key {}.{}", section.name, show_key(name));
-                    tell(section.name, what, node, key_path::key(section.name, name));
+        let (known, tables): (_, Vec<&Table>) = if let Some(section) = section {
+            (section, node.value.table().into_iter().collect())
+        } else if of_top(name) {
+            continue;
+        } else if let Some(list) = table::find_list(name) {
+            let rows = node.value.rows().into_iter();
+            (&list.row, rows.filter_map(|(_, table)| table).collect())
+        } else {
+            let (what, hint) = match node.value {
+                Toml::Table(_) | Toml::Array(_) => {
+                    let what = format!("section [{}]", show_key(name));
+                    (what, key_path::section(name))
                 }
-            }
-            (Some(_), _) => {}
-            (None, _) if of_top(name) => {}
-            (None, value) if let Some(list) = table::find_list(name) => {
-                let Toml::Array(items) = value else { continue };
-                let tables = items.iter().filter_map(|item| match &item.value {
-                    Toml::Table(table) => Some(table),
-                    _ => None,
-                });
-                let entries = tables.flat_map(|table| &table.entries);
-                for (name, node) in entries.filter(|(name, _)| list.row.key(name).is_none()) {
-                    let what = format!("key {}.{}", list.row.name, show_key(name));
-                    tell(
-                        list.row.name,
-                        what,
-                        node,
-                        key_path::key(list.row.name, name),
-                    );
-                }
-            }
-            (None, Toml::Table(_) | Toml::Array(_)) => {
-                let what = format!("section [{}]", show_key(name));
-                tell("", what, node, key_path::section(name));
-            }
-            (None, _) => {
-                let what = format!("key {}", show_key(name));
-                tell("", what, node, key_path::key("", name));
-            }
+                _ => (format!("key {}", show_key(name)), key_path::key("", name)),
+            };
+            tell("", what, node, hint);
+            continue;
+        };
+        let entries = tables.into_iter().flat_map(|table| &table.entries);
+        for (name, node) in entries.filter(|(name, _)| known.key(name).is_none()) {
+            let what = format!("key {}.{}", known.name, show_key(name));
+            tell(known.name, what, node, key_path::key(known.name, name));
         }
     }
     meant
@@ -229,10 +221,7 @@ fn missing_words(
     is_there: &impl Fn(&str) -> bool,
     tree: &Table,
 ) -> Option<String> {
-    let told = |section: &str, key: &str| match tree.section(section)?.get(key)?.value {
-        Toml::Text(ref text) => Some(text.as_str()),
-        _ => None,
-    };
+    let told = |section: &str, key: &str| tree.section(section)?.get(key)?.value.text();
     let lacks = |key: &Key| match key.need {
         Need::Always => true,
         Need::ElasticJoint => told("transmission", "joint") != Some("rigid"),
@@ -455,61 +444,29 @@ pub(super) struct Entry {
     /// As it was written.
     pub(super) text: String,
     /// [`None`] if it was refused.
-    value: Option<Value>,
+    pub(super) value: Option<Value>,
 }
 
-/// All keys that are given or have a default.
+/// All keys that are given or have a default: the sections in the order of the table, then
+/// the rows of lists, each in the order of the file.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Values {
-    entries: Vec<(&'static str, &'static Key, Entry)>,
-    /// The rows of lists, each in the order of the file.
-    rows: Vec<(&'static List, Vec<(&'static Key, Entry)>)>,
+    pub(super) parts: Vec<Part>,
 }
 
 impl Values {
     pub(super) fn entry(&self, key: &str) -> Option<&Entry> {
-        let (section, name) = key.rsplit_once('.').unwrap_or(("", key));
-        if let Some((list, number)) = section.split_once('.') {
-            let row = number.parse::<usize>().ok()?.checked_sub(1)?;
-            let (_, keys) = self.rows_of(list).nth(row)?;
-            return keys
-                .iter()
-                .find(|(key, _)| key.name == name)
-                .map(|(_, entry)| entry);
-        }
-        self.entries
-            .iter()
-            .find(|(s, k, _)| *s == section && k.name == name)
-            .map(|(_, _, entry)| entry)
-    }
-
-    fn rows_of(
-        &self,
-        list: &str,
-    ) -> impl Iterator<Item = &(&'static List, Vec<(&'static Key, Entry)>)> {
-        self.rows
-            .iter()
-            .filter(move |(row, _)| row.row.name == list)
+        let (of, name) = key.rsplit_once('.').unwrap_or(("", key));
+        let part = self.parts.iter().find(|part| part.name == of)?;
+        let (_, entry) = part.entries.iter().find(|(key, _)| key.name == name)?;
+        Some(entry)
     }
 
     /// How messages and [`Values::entry`] call the rows of a list: `load.1`.
-    pub(super) fn row_names(&self, list: &str) -> Vec<String> {
-        let count = self.rows_of(list).count();
-        (1..=count)
-            .map(|number| format!("{list}.{number}"))
-            .collect()
-    }
-
-    /// The rows of all lists, each with its keys that have a value.
-    pub(super) fn rows(
-        &self,
-    ) -> impl Iterator<Item = (&'static List, impl Iterator<Item = (&'static Key, Value)>)> {
-        self.rows.iter().map(|(list, keys)| {
-            let valid = keys
-                .iter()
-                .filter_map(|(key, entry)| Some((*key, entry.value?)));
-            (*list, valid)
-        })
+    pub(super) fn row_names(&self, list: &str) -> impl Iterator<Item = &str> {
+        let rows = self.parts.iter().filter(|part| part.list.is_some());
+        let rows = rows.filter(move |part| part.section.name == list);
+        rows.map(|part| part.name.as_str())
     }
 
     /// True if the file or the command line says anything about the key, right
@@ -518,28 +475,20 @@ impl Values {
         self.entry(key).is_some_and(|entry| entry.place.is_some())
     }
 
-    /// Section, key and entry of what the file or the command line says.
+    /// Section, key and entry of what the file or the command line says outside of lists.
     pub(super) fn given(&self) -> impl Iterator<Item = (&'static str, &'static Key, &Entry)> {
-        let given = self
-            .entries
-            .iter()
-            .filter(|(_, _, entry)| entry.place.is_some());
-        given.map(|(section, key, entry)| (*section, *key, entry))
+        let sections = self.parts.iter().filter(|part| part.list.is_none());
+        let all = sections.flat_map(|part| {
+            let entries = part.entries.iter();
+            entries.map(|(key, entry)| (part.section.name, *key, entry))
+        });
+        all.filter(|(_, _, entry)| entry.place.is_some())
     }
 
     /// The same where it is another value than the default.
     pub(super) fn set(&self) -> impl Iterator<Item = (&'static str, &'static Key, &Entry)> {
-        let other =
-            |key: &Key, entry: &Entry| entry.value.is_none() || entry.value != key.default();
-        self.given()
-            .filter(move |(_, key, entry)| other(key, entry))
-    }
-
-    /// Every key that has a value, in the order of the table.
-    pub(super) fn valid(&self) -> impl Iterator<Item = (&'static Key, Value)> {
-        self.entries
-            .iter()
-            .filter_map(|(_, key, entry)| Some((*key, entry.value?)))
+        let given = self.given();
+        given.filter(|(_, key, entry)| entry.value.is_none() || entry.value != key.default())
     }
 
     /// `controller.sample_time_s = 0.001 (line 40)`, for a sentence about
@@ -578,34 +527,21 @@ impl Values {
 
 #[cfg(test)]
 mod tests {
-    use super::super::keys::{section, value};
     use super::super::tree::parse_document;
     use super::*;
 
     /// A quantity of which one key belongs to two of three ways, and some may be left out.
-    const MOTION: &[Key] = &[
-        value("travel_mm", Kind::Number(Range::Any), "mm").meaning("travel"),
-        value("intervals_s", Kind::Intervals, "s").meaning("intervals"),
-        value("total_time_s", Kind::Number(Range::Positive), "s").optional("1.0"),
-        value("acceleration", Kind::Number(Range::Positive), "m/s²").meaning("acceleration"),
-        value("jerk", Kind::Number(Range::Positive), "m/s³").optional("1.0"),
-        value("profile", Kind::Text, "").meaning("profile"),
-    ];
-
-    const WAYS: &[Way] = &[
-        &["travel_mm", "intervals_s", "total_time_s"],
-        &["travel_mm", "acceleration", "jerk"],
-        &["profile"],
-    ];
+    fn motion() -> &'static Section {
+        table::find("motion").unwrap()
+    }
 
     /// What is missing beside these keys, a sentence each.
     fn missing(given: &str) -> Vec<String> {
-        let section = section("motion", MOTION).ways(&[WAYS]);
         let lines = given.split_whitespace().map(|name| format!("{name} = 1\n"));
         let tree = parse_document(&format!("[motion]\n{}", lines.collect::<String>())).unwrap();
         let is_there = |name: &str| given.split_whitespace().any(|given| given == name);
-        let keys = MOTION.iter().filter(|key| !is_there(key.name));
-        keys.filter_map(|key| missing_words(key, &section, &is_there, &tree))
+        let keys = motion().keys.iter().filter(|key| !is_there(key.name));
+        keys.filter_map(|key| missing_words(key, motion(), &is_there, &tree))
             .collect()
     }
 
@@ -614,41 +550,49 @@ mod tests {
         for complete in [
             "travel_mm intervals_s",
             "travel_mm intervals_s total_time_s",
-            "travel_mm acceleration",
-            "travel_mm acceleration jerk",
+            "travel_mm max_acceleration_mps2",
+            "travel_mm max_acceleration_mps2 max_jerk_mps3",
             "profile",
         ] {
             assert_eq!(missing(complete), [""; 0], "{complete}");
         }
-        let any = "travel_mm + intervals_s (+ total_time_s), travel_mm + acceleration (+ jerk) or profile: \
-                   travel, mm, a finite number; or travel, mm, a finite number; or profile, \
-                   a string that is not empty";
-        let two = "travel_mm + intervals_s (+ total_time_s) or travel_mm + acceleration (+ jerk): \
-                   intervals, seven numbers of seconds t1 to t7, each at least 0; or \
-                   acceleration, m/s², greater than 0";
+        let by_limits = "travel_mm + max_acceleration_mps2 (+ max_velocity_mps, max_jerk_mps3)";
+        let travel = "travel h of the carriage, mm, a finite number";
+        let any = format!(
+            "travel_mm + intervals_s (+ total_time_s), {by_limits} or profile: {travel}; or {travel}; \
+             or CSV file with the points of the command, relative to the run file, a string that is \
+             not empty"
+        );
+        let two = format!(
+            "travel_mm + intervals_s (+ total_time_s) or {by_limits}: list of the motion's intervals, \
+             seven numbers of seconds t1 to t7, each at least 0; or largest acceleration of the \
+             command, m/s², greater than 0"
+        );
         assert_eq!(missing(""), [any]);
         assert_eq!(missing("travel_mm"), [two]);
-        assert_eq!(
-            missing("intervals_s"),
-            ["travel_mm: travel, mm, a finite number"]
-        );
-        assert_eq!(missing("jerk").len(), 2);
+        assert_eq!(missing("intervals_s"), [format!("travel_mm: {travel}")]);
+        assert_eq!(missing("max_jerk_mps3").len(), 2);
         // Two ways at once are told elsewhere.
-        assert_eq!(missing("profile jerk"), [""; 0]);
+        assert_eq!(missing("profile max_jerk_mps3"), [""; 0]);
     }
 
     #[test]
     fn keys_of_two_ways_exclude_each_other() {
-        let section = section("motion", MOTION).ways(&[WAYS]);
-        assert!(section.is_required());
+        assert!(motion().is_required());
         let excluded = |key: &str| -> Vec<&str> {
-            let names = MOTION.iter().map(|key| key.name);
-            names.filter(|other| section.excludes(key, other)).collect()
+            let names = motion().keys.iter().map(|key| key.name);
+            let excluded = names.filter(|other| motion().excludes(key, other));
+            excluded.collect()
         };
         assert_eq!(excluded("travel_mm"), ["profile"]);
         assert_eq!(
             excluded("total_time_s"),
-            ["acceleration", "jerk", "profile"]
+            [
+                "max_acceleration_mps2",
+                "max_velocity_mps",
+                "max_jerk_mps3",
+                "profile"
+            ]
         );
         assert_eq!(excluded("strange"), [""; 0]);
     }

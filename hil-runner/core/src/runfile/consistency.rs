@@ -6,11 +6,11 @@
 
 use plant::{Course, Motion, MotionError, MotionLimits};
 
-use super::check::Values;
+use super::check::{Part, Values};
 use super::errors::{Findings, Place, Problem};
-use super::keys::{Key, Need, Section, Way, path};
-use super::table::{self, LISTS, SECTIONS, gains, pitch_m_per_rad};
-use super::tree::{Table, Toml};
+use super::keys::{Key, Need, Way, path};
+use super::table::{self, gains, pitch_m_per_rad};
+use super::tree::Table;
 use super::values::{Value, show_number};
 use crate::case::{ComputationDelay, Law, SolverChoice};
 use crate::options::{
@@ -91,9 +91,9 @@ fn motion(
     tree: &Table,
     profile: &ProfilePoints<'_>,
 ) -> Option<Result<Motion, Refusal>> {
-    let rows = v.row_names("move");
-    if !rows.is_empty() {
-        let moves = rows.iter().map(|row| {
+    let mut rows = v.row_names("move").peekable();
+    if rows.peek().is_some() {
+        let moves = rows.map(|row| {
             let dwell_s = v.get(&format!("{row}.dwell_s"))?;
             Some(one_move(v, row)?.map(|motion| (motion, dwell_s)))
         });
@@ -106,9 +106,7 @@ fn motion(
     if v.value(key).is_none() {
         return one_move(v, "motion");
     }
-    let Toml::Text(path) = &tree.section("motion")?.get("profile")?.value else {
-        return None;
-    };
+    let path = tree.section("motion")?.get("profile")?.value.text()?;
     let spline = |points: Vec<_>| Motion::profile(&points).map_err(|error| error.to_string());
     let motion = profile(path).and_then(spline);
     Some(motion.map_err(|because| refused(key, because)))
@@ -165,28 +163,21 @@ fn law(v: &Values) -> Option<Law> {
 
 /// Keys of two ways to give one quantity.
 fn two_ways(v: &Values) -> Vec<Refusal> {
-    let sections = SECTIONS
-        .iter()
-        .map(|section| (section, section.name.to_owned()));
-    let rows = LISTS.iter().map(|list| &list.row);
-    let rows = rows.flat_map(|row| v.row_names(row.name).into_iter().map(move |at| (row, at)));
-    let ways = |(section, at): (&'static Section, String)| {
-        let of_section = section.ways.iter();
-        let refusals = of_section.filter_map(|ways| one_way(v, (section, &at), ways));
-        refusals.collect::<Vec<_>>()
+    let of_part = |part: &Part| -> Vec<Refusal> {
+        let ways = part.section.ways.iter();
+        ways.filter_map(|ways| one_way(v, part, ways)).collect()
     };
-    sections.chain(rows).flat_map(ways).collect()
+    v.parts.iter().flat_map(of_part).collect()
 }
 
-/// `at` is the section's name, or that of the row.
-fn one_way(v: &Values, (section, at): (&Section, &str), ways: &[Way]) -> Option<Refusal> {
-    let line = |key: &str| match v.entry(key)?.place.as_ref()? {
-        Place::Line(line) => Some(*line),
-        _ => Some(usize::MAX),
-    };
-    let names = section.keys.iter().map(|key| key.name);
-    let names = names.filter(|name| ways.iter().any(|way| way.contains(name)));
-    let given = names.filter_map(|name| Some((line(&path(at, name))?, name)));
+fn one_way(v: &Values, part: &Part, ways: &[Way]) -> Option<Refusal> {
+    let (section, at) = (part.section, &part.name);
+    let keys = part.entries.iter();
+    let keys = keys.filter(|(key, _)| ways.iter().any(|way| way.contains(&key.name)));
+    let given = keys.filter_map(|(key, entry)| match entry.place.as_ref()? {
+        Place::Line(line) => Some((*line, key.name)),
+        _ => Some((usize::MAX, key.name)),
+    });
     let mut given: Vec<(usize, &str)> = given.collect();
     given.sort_by_key(|(line, _)| *line);
     // The message stands with the later line.
@@ -206,8 +197,7 @@ fn one_way(v: &Values, (section, at): (&Section, &str), ways: &[Way]) -> Option<
 /// Loads that end before they begin.
 fn loads(v: &Values) -> Vec<Refusal> {
     let must = "the load must end after it begins";
-    let rows = v.row_names("load").into_iter();
-    let ends = rows.filter_map(|row| {
+    let ends = v.row_names("load").filter_map(|row| {
         let keys = ["to_s", "from_s"].map(|key| format!("{row}.{key}"));
         times(v, [&keys[0], &keys[1]], u64::le, must)
     });
@@ -235,34 +225,31 @@ fn drive(v: &Values) -> Vec<Refusal> {
 
 /// Keys that mean something only beside another one.
 fn partners(v: &Values) -> Vec<Refusal> {
-    let keys = SECTIONS
-        .iter()
-        .flat_map(|section| section.keys.iter().map(move |key| (section, key)));
-    let of_key = |(section, key): (&Section, &Key)| {
+    let of_key = |(section, key, _): (&str, &Key, _)| {
         let Need::OnlyWith(partner) = key.need else {
             return None;
         };
-        let (name, partner) = (path(section.name, key.name), path(section.name, partner));
-        (v.is_given(&name) && !v.is_given(&partner))
-            .then(|| refused(&name, format!("it needs {partner}")))
+        let partner = path(section, partner);
+        let refusal = || refused(&path(section, key.name), format!("it needs {partner}"));
+        (!v.is_given(&partner)).then(refusal)
     };
-    keys.filter_map(of_key).collect()
+    v.given().filter_map(of_key).collect()
 }
 
 fn resistance(v: &Values) -> Vec<Refusal> {
     let switch = "carriage.resistance_opposes_motion";
-    let mut terms = vec![
+    let terms = [
         ("carriage.resistance_constant_n", "constant resistance a0"),
         (A2, "quadratic resistance a2"),
     ];
     let negative = |key| v.get(switch) == Some(true) && v.get(key).is_some_and(|a: f64| a < 0.0);
-    terms.retain(|(key, _)| negative(key));
+    let terms = terms.into_iter().filter(|(key, _)| negative(key));
     let refused_term = |(key, meaning)| {
         let switch = v.quote(switch);
         let because = format!("the {meaning} must be at least 0 with {switch}");
         refused(key, because)
     };
-    terms.into_iter().map(refused_term).collect()
+    terms.map(refused_term).collect()
 }
 
 const A2: &str = "carriage.resistance_quadratic_ns2_per_rad2";

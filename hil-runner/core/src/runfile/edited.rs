@@ -1,7 +1,7 @@
 //! A run file with other values: its text with comments and order, in which only the keys
 //! that are set are changed.
 
-use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
+use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 use super::keys::Section;
 use super::table;
@@ -58,17 +58,15 @@ fn put(document: &mut DocumentMut, set: &str) -> Option<()> {
             let place = row.parse::<usize>().ok()?.checked_sub(1)?;
             let row: &mut dyn TableLike = match rows {
                 Item::ArrayOfTables(rows) => rows.get_mut(place)?,
-                other => inline_row(other.as_array_mut()?, place)?,
+                other => {
+                    let row = other.as_array_mut()?.get_mut(place)?;
+                    row.as_inline_table_mut()?
+                }
             };
             put_key(row, &table::find_list(list)?.row, key, value)
         }
         _ => None,
     }
-}
-
-fn inline_row(rows: &mut Array, place: usize) -> Option<&mut dyn TableLike> {
-    let row = rows.get_mut(place)?.as_inline_table_mut()?;
-    Some(row)
 }
 
 /// The value as TOML; a bare word is a string.

@@ -3,8 +3,8 @@
 
 use serde::Serialize;
 
-use super::keys::{Key, Kind, LONGEST_TIME_S, Range, Section, path};
-use super::table::{LISTS, SECTIONS};
+use super::check::Part;
+use super::keys::{Key, Kind, LONGEST_TIME_S, Range, path};
 use super::{RunFile, Value};
 use crate::case::Law;
 
@@ -72,34 +72,28 @@ impl RunFile {
     /// # Ok::<(), hil_core::runfile::RunFileErrors>(())
     /// ```
     pub fn form(&self) -> Vec<FormSection> {
-        let sections = SECTIONS
-            .iter()
-            .map(|section| (section, section.name.to_owned()));
-        let rows = LISTS.iter().flat_map(|list| {
-            let names = self.values.row_names(list.row.name);
-            names.into_iter().map(|name| (&list.row, name))
-        });
-        let of = |(section, name): (&Section, String)| FormSection {
-            keys: section
+        let of = |part: &Part| FormSection {
+            name: part.name.clone(),
+            meaning: part.section.meaning,
+            keys: part
+                .section
                 .keys
                 .iter()
-                .map(|key| self.form_key(section, &name, key))
+                .map(|key| self.form_key(part, key))
                 .collect(),
-            meaning: section.meaning,
-            name,
         };
-        sections.chain(rows).map(of).collect()
+        self.values.parts.iter().map(of).collect()
     }
 
-    fn form_key(&self, section: &Section, named: &str, key: &Key) -> FormKey {
-        let of = |name: &str| path(named, name);
+    fn form_key(&self, part: &Part, key: &Key) -> FormKey {
+        let section = part.section;
+        let of = |name: &str| path(&part.name, name);
         let full = of(key.name);
         let entry = self.values.entry(&full);
         let given = entry.filter(|entry| entry.place.is_some());
-        let is_row = named != section.name;
         // A row has no place in a case by itself.
         let held = match self.values.value(&full).and_then(Value::number) {
-            None if !is_row => key.get(&self.case).and_then(Value::number),
+            None if part.list.is_none() => key.get(&self.case).and_then(Value::number),
             given => given,
         };
         let is_given = |other: &str| self.values.is_given(&of(other));
@@ -163,6 +157,7 @@ fn kind_and_range(kind: Kind) -> (&'static str, Option<Range>) {
 #[cfg(test)]
 mod tests {
     use super::super::builtin_text;
+    use super::super::table::{LISTS, SECTIONS};
     use super::*;
 
     fn file(sets: &[&str]) -> RunFile {

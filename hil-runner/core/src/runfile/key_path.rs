@@ -3,9 +3,7 @@
 
 use super::errors::Problem;
 use super::keys::{Key, Kind, Way, either, path};
-use super::table::{self, LISTS, SECTIONS};
-use super::values::Value;
-use crate::case::Case;
+use super::table;
 use crate::number::seconds;
 
 /// A key of the run file by its path, such as `controller.kp`.
@@ -59,16 +57,6 @@ impl KeyPath {
     /// The path.
     pub fn path(&self) -> String {
         path(self.section, self.key.name)
-    }
-
-    /// Puts a value in its range into a case, with no check of several keys; false where the
-    /// case has no place for the key alone, as for those of the motion.
-    pub(crate) fn put(&self, case: &mut Case, value: Value) -> bool {
-        let has_place = self.key.has_place();
-        if has_place {
-            self.key.set(case, value);
-        }
-        has_place
     }
 
     /// The ways of the quantity that the key gives; none for a key that is the only one.
@@ -236,7 +224,7 @@ fn near(
 }
 
 /// The header that a section or a row of a list has in a file.
-fn header(name: &str) -> String {
+pub(super) fn header(name: &str) -> String {
     match table::find_list(name) {
         Some(_) => format!("[[{name}]]"),
         None => format!("[{name}]"),
@@ -245,9 +233,8 @@ fn header(name: &str) -> String {
 
 /// Hint for a section that does not exist.
 pub(super) fn section(unknown: &str) -> Hint {
-    let lists = LISTS.iter().map(|list| list.row.name);
-    let names = SECTIONS.iter().skip(1).map(|section| section.name);
-    let names: Vec<&str> = names.chain(lists).collect();
+    let names = table::all().skip(1).map(|section| section.name);
+    let names: Vec<&str> = names.collect();
     let otherwise = format!("the sections are {}", names.join(", "));
     near(unknown, &names, |name| header(name), otherwise)
 }
@@ -257,9 +244,7 @@ pub(super) fn section(unknown: &str) -> Hint {
 pub(super) fn key(section: &str, unknown: &str) -> Hint {
     // A name that is right, but in the wrong place: TOML puts every key into
     // the section whose header stands above it.
-    let lists = LISTS.iter().map(|list| &list.row);
-    let mut all = SECTIONS.iter().chain(lists);
-    if let Some(home) = all.find(|s| s.key(unknown).is_some()) {
+    if let Some(home) = table::all().find(|s| s.key(unknown).is_some()) {
         return Hint::of_text(if home.name.is_empty() {
             format!("{unknown} stands at the top of the file, before the first section")
         } else {
@@ -269,8 +254,7 @@ pub(super) fn key(section: &str, unknown: &str) -> Hint {
     if table::find(unknown).is_some() {
         return Hint::of_text(format!("{unknown} is a section; write [{unknown}]"));
     }
-    let of_list = || table::find_list(section).map(|list| &list.row);
-    let known = table::find(section).or_else(of_list);
+    let known = table::all().find(|known| known.name == section);
     let renamed = renamed(unknown).filter(|name| known.is_some_and(|s| s.key(name).is_some()));
     if renamed.is_some() {
         return Hint {

@@ -140,9 +140,15 @@ type Place = fn(&mut Case) -> Option<&mut dyn Stored>;
 pub(super) enum Access {
     /// Not by the key alone.
     None,
+    /// The case has it as a part of a whole that is made elsewhere.
+    Part(fn(&Case) -> Option<f64>),
     /// One place has it as it is.
     Place(Place),
-    /// The case has the number in another unit, or as a part of something else.
+    /// One place has the number times this.
+    Times(fn(&Case) -> f64, Place),
+    /// One place has the number divided by this.
+    Per(fn(&Case) -> f64, Place),
+    /// The case has the number in yet another way.
     Own(fn(&mut Case, f64), fn(&Case) -> Option<f64>),
 }
 
@@ -362,25 +368,21 @@ impl Key {
         }
     }
 
-    /// True if the key alone has a place in a case.
-    pub(super) fn has_place(&self) -> bool {
-        !matches!(self.access, Access::None)
-    }
-
     /// Puts a value that the key allows into a case.
-    pub(super) fn set(&self, case: &mut Case, value: Value) {
-        match self.access {
-            Access::None => {}
-            Access::Place(place) => {
-                if let Some(stored) = place(case) {
-                    stored.store(value);
-                }
+    pub(crate) fn set(&self, case: &mut Case, value: Value) {
+        let (place, stored) = match (self.access, value.number()) {
+            (Access::Place(place), _) => (place, value),
+            (Access::Times(factor, place), Some(number)) => {
+                (place, Value::Number(number * factor(case)))
             }
-            Access::Own(set, _) => {
-                if let Some(number) = value.number() {
-                    set(case, number);
-                }
+            (Access::Per(divisor, place), Some(number)) => {
+                (place, Value::Number(number / divisor(case)))
             }
+            (Access::Own(set, _), Some(number)) => return set(case, number),
+            _ => return,
+        };
+        if let Some(place) = place(case) {
+            place.store(stored);
         }
     }
 
@@ -397,12 +399,17 @@ impl Key {
     /// # Ok::<(), runfile::RunFileErrors>(())
     /// ```
     pub fn get(&self, case: &Case) -> Option<Value> {
-        match self.access {
+        // One place serves both ways; the copy is what it is asked for.
+        let load = |place: Place| place(&mut case.clone())?.load();
+        let held = |place| load(place)?.number();
+        let number = match self.access {
             Access::None => None,
-            // One place serves both ways; the copy is what it is asked for.
-            Access::Place(place) => place(&mut case.clone())?.load(),
-            Access::Own(_, get) => get(case).map(Value::Number),
-        }
+            Access::Place(place) => return load(place),
+            Access::Times(factor, place) => held(place).map(|held| held / factor(case)),
+            Access::Per(divisor, place) => held(place).map(|held| held * divisor(case)),
+            Access::Part(get) | Access::Own(_, get) => get(case),
+        };
+        number.map(Value::Number)
     }
 
     /// Value that holds if the key is left out.
@@ -446,6 +453,24 @@ impl Key {
 
     pub(super) const fn alone_at(self, place: Place) -> Self {
         self.at(place).alone()
+    }
+
+    /// A part of a whole that is made elsewhere.
+    pub(super) const fn part(mut self, get: fn(&Case) -> Option<f64>) -> Self {
+        self.access = Access::Part(get);
+        self
+    }
+
+    /// The place that has the number times this.
+    pub(super) const fn times(mut self, factor: fn(&Case) -> f64, place: Place) -> Self {
+        self.access = Access::Times(factor, place);
+        self
+    }
+
+    /// The place that has the number divided by this.
+    pub(super) const fn per(mut self, divisor: fn(&Case) -> f64, place: Place) -> Self {
+        self.access = Access::Per(divisor, place);
+        self
     }
 
     pub(super) const fn by(

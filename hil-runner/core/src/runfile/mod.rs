@@ -66,7 +66,7 @@ use crate::options::AxisOptions;
 use crate::rest::unfit_window;
 use check::Values;
 use errors::Findings;
-use tree::{Table, Toml};
+use tree::Table;
 use tune_settings::TuneSettings;
 
 /// A run file that was read and found right.
@@ -104,14 +104,11 @@ impl RunFile {
         match consistency::check(&values, &tree, &profile, &mut findings) {
             Some(motion) if findings.is_empty() => {
                 let path = tree.section("motion").and_then(|keys| keys.get("profile"));
-                let path = path.and_then(|node| match &node.value {
-                    Toml::Text(path) => Some(file_beside(source_name, path)),
-                    _ => None,
-                });
+                let path = path.and_then(|node| node.value.text());
                 let file = Self {
                     case: case(source_name, &tree, &values, motion),
                     source_name: source_name.to_owned(),
-                    profile: path,
+                    profile: path.map(|path| file_beside(source_name, path)),
                     tune,
                     values,
                 };
@@ -192,13 +189,12 @@ impl RunFile {
     /// holds, and the sentence that says so.
     fn unfit_conversion(&self) -> Option<(String, String)> {
         for section in SECTIONS {
-            for (first, way) in section.ways.iter().flat_map(|ways| {
-                let first = ways.first();
-                first
-                    .into_iter()
-                    .flat_map(|first| ways.iter().skip(1).map(move |way| (first, way)))
-            }) {
-                let mut paths = way.iter().map(|name| keys::path(section.name, name));
+            for ways in section.ways {
+                let [first, others @ ..] = *ways else {
+                    continue;
+                };
+                let others = others.iter().copied().flatten();
+                let mut paths = others.map(|name| keys::path(section.name, name));
                 let Some(given) = paths.find(|path| self.values.is_given(path)) else {
                     continue;
                 };
@@ -223,23 +219,19 @@ impl RunFile {
 /// The case of a file without findings.
 fn case(source_name: &str, tree: &Table, values: &Values, motion: Motion) -> Case {
     let mut case = blank(motion);
-    for (key, value) in values.valid() {
-        key.set(&mut case, value);
-    }
-    for (list, keys) in values.rows() {
-        (list.begin)(&mut case);
-        for (key, value) in keys {
-            key.set(&mut case, value);
+    for part in &values.parts {
+        if let Some(list) = part.list {
+            (list.begin)(&mut case);
+        }
+        for (key, entry) in &part.entries {
+            if let Some(value) = entry.value {
+                key.set(&mut case, value);
+            }
         }
     }
-    case.name = match tree.get("name").map(|node| &node.value) {
-        Some(Toml::Text(name)) => name.clone(),
-        _ => {
-            let stem = Path::new(source_name).file_stem();
-            stem.map_or("run".into(), |stem| stem.to_string_lossy())
-                .into_owned()
-        }
-    };
+    let name = tree.get("name").and_then(|node| node.value.text());
+    let stem = || Path::new(source_name).file_stem()?.to_str();
+    case.name = name.or_else(stem).unwrap_or("run").to_owned();
     // The limits in the order of the file.
     case.budget = tree.section("budget").map(|budget| {
         let limit = |(figure, _): &(String, _)| {

@@ -60,10 +60,6 @@ fn apply_one(tree: &mut Table, set: &str, place: &Place) -> Result<(), String> {
         )),
         [section, key] => {
             set_in_section(tree, section, key, node);
-            let table = tree.get_mut(section).map(|node| &mut node.value);
-            if let (Some(Toml::Table(table)), Some(known)) = (table, table::find(section)) {
-                remove_other_ways(table, known, key);
-            }
             Ok(())
         }
         [list, row, key] => set_in_row(tree, list, row, (key, node)),
@@ -115,7 +111,7 @@ fn set_in_section(tree: &mut Table, section: &str, key: &str, node: Node) {
     }
     // A file that has `section = 3` keeps it: that is reported on its own.
     if let Some(Toml::Table(table)) = tree.get_mut(section).map(|node| &mut node.value) {
-        table.set(key, node);
+        set_key(table, table::find(section), key, node);
     }
 }
 
@@ -138,8 +134,7 @@ fn set_in_row(
     let found = number.and_then(|number| rows.get_mut(number.checked_sub(1)?));
     match found.map(|node| &mut node.value) {
         Some(Toml::Table(table)) => {
-            table.set(key, node);
-            remove_other_ways(table, &known.row, key);
+            set_key(table, Some(&known.row), key, node);
             Ok(())
         }
         _ => Err(format!(
@@ -148,9 +143,10 @@ fn set_in_row(
     }
 }
 
-/// Removes from the file what gives the same as a key in another way.
-fn remove_other_ways(table: &mut Table, known: &Section, key: &str) {
-    table
-        .entries
-        .retain(|(name, node)| !known.excludes(key, name) || !matches!(node.place, Place::Line(_)));
+/// Sets a key, and removes from the file what gives the same in another way.
+fn set_key(table: &mut Table, known: Option<&Section>, key: &str, node: Node) {
+    table.set(key, node);
+    let is_other = |name: &str| known.is_some_and(|known| known.excludes(key, name));
+    let entries = &mut table.entries;
+    entries.retain(|(name, node)| !is_other(name) || !matches!(node.place, Place::Line(_)));
 }

@@ -3,8 +3,9 @@
 
 use serde_json::{Map, Value, json};
 
+use super::key_path::header;
 use super::keys::{Acts, Key, Kind, LONGEST_TIME_S, Need, Range, Section, Way, either};
-use super::table::{LISTS, SECTIONS, list_instead_of};
+use super::table::{self, LISTS, SECTIONS, list_instead_of};
 use super::values;
 use crate::number::seconds;
 
@@ -193,17 +194,10 @@ pub fn key_reference() -> String {
          other than 0 lie between 1e-50 and 1e50 in magnitude. Times of the run (marked \"ns\") are\n\
          whole nanoseconds and at most 1e9 s. `hil-runner schema` prints the same as a JSON schema.\n",
     );
-    let sections = SECTIONS
-        .iter()
-        .map(|section| (section, format!("`[{}]`", section.name)));
-    let lists = LISTS
-        .iter()
-        .map(|list| (&list.row, format!("`[[{}]]`", list.row.name)));
-    for (section, name) in sections.chain(lists) {
-        let title = if section.name.is_empty() {
-            "Top of the file".to_owned()
-        } else {
-            name
+    for section in table::all() {
+        let title = match section.name {
+            "" => "Top of the file".to_owned(),
+            name => format!("`{}`", header(name)),
         };
         page.push_str(&format!("\n## {title}\n\n{}\n\n", section.meaning));
         page.push_str("| key | unit | allowed | if left out | acts on | meaning |\n");

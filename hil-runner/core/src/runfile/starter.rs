@@ -90,32 +90,30 @@ pub(super) fn unchanged(template: Option<AxisTemplate>, values: &Values) -> Vec<
     unchanged.map(|(path, _)| path).collect()
 }
 
+fn section_of(path: &str) -> &str {
+    path.split_once('.').map_or("", |(section, _)| section)
+}
+
 /// The sentence about the values that a case still has from its template; none where it
 /// has none.
 pub fn values_of_template(case: &Case) -> Option<String> {
     let template = case.template?;
-    let section_of = |path: &str| {
-        path.split_once('.')
-            .map_or("", |(section, _)| section)
-            .to_owned()
-    };
-    let mut sections: Vec<String> = case
+    let mut sections: Vec<&str> = case
         .template_values
         .iter()
         .map(|path| section_of(path))
         .collect();
     sections.dedup();
-    let words = |section: &String| {
-        let keys = case
+    let words = |section: &&str| {
+        let names = case
             .template_values
             .iter()
-            .filter(|path| section_of(path) == *section);
+            .filter_map(|path| path.split_once('.'));
+        let names = names.filter(|(of, _)| of == section).map(|(_, name)| name);
+        let names: Vec<&str> = names.collect();
         let all = own(template)
             .iter()
             .filter(|(path, _)| section_of(path) == *section);
-        let names: Vec<&str> = keys
-            .filter_map(|path| Some(path.split_once('.')?.1))
-            .collect();
         match names.len() == all.count() {
             true => format!("[{section}] all"),
             false => format!("[{section}] {}", names.join(", ")),

@@ -98,6 +98,11 @@ pub static LISTS: &[List] = &[
     },
 ];
 
+/// The sections, then the rows of the lists.
+pub(super) fn all() -> impl Iterator<Item = &'static Section> {
+    SECTIONS.iter().chain(LISTS.iter().map(|list| &list.row))
+}
+
 /// The list that stands in the place of a section.
 pub(super) fn list_instead_of(section: &Section) -> Option<&'static List> {
     let mut lists = LISTS.iter();
@@ -133,10 +138,7 @@ const MOTOR: &[Key] = &[
     number("inertia_kg_cm2", Positive, "kg cm²")
         .named("rotor inertia J_m", "Rotor inertia, in kg cm²")
         .needing(Need::Always, "2.0")
-        .by(
-            |c, kg_cm2| c.axis.motor.inertia_kg_m2 = kg_cm2 / 1e4,
-            |c| Some(1e4 * c.axis.motor.inertia_kg_m2),
-        )
+        .per(|_| 1e4, |c| Some(&mut c.axis.motor.inertia_kg_m2))
         .alone()
         .note(&["instead of inertia_kg_m2"]),
     number("torque_constant_nm_per_a", Positive, "N m/A")
@@ -197,9 +199,9 @@ const TRANSMISSION: &[Key] = &[
     number("screw_inertia_kg_cm2", Positive, "kg cm²")
         .named("screw inertia J_v", "Screw inertia, in kg cm²")
         .needing(Need::Always, "8.5")
-        .by(
-            |c, kg_cm2| c.axis.transmission.screw_inertia_kg_m2 = kg_cm2 / 1e4,
-            |c| Some(1e4 * c.axis.transmission.screw_inertia_kg_m2),
+        .per(
+            |_| 1e4,
+            |c| Some(&mut c.axis.transmission.screw_inertia_kg_m2),
         )
         .alone()
         .note(&["instead of screw_inertia_kg_m2"]),
@@ -216,14 +218,9 @@ const TRANSMISSION: &[Key] = &[
             "Stiffness at the carriage",
         )
         .needing(Need::ElasticJoint, "550.0")
-        .by(
-            |c, n_per_um| {
-                let per_um = 1e6 * pitch_squared(c);
-                if let Some(joint) = elastic(c) {
-                    joint.stiffness_nm_per_rad = n_per_um * per_um;
-                }
-            },
-            |c| Some(elastic(&mut c.clone())?.stiffness_nm_per_rad / (1e6 * pitch_squared(c))),
+        .times(
+            |c| 1e6 * pitch_squared(c),
+            |c| Some(&mut elastic(c)?.stiffness_nm_per_rad),
         )
         .alone()
         .note(&["instead of stiffness_nm_per_rad: at the carriage"]),
@@ -233,15 +230,9 @@ const TRANSMISSION: &[Key] = &[
             "Damping at the carriage",
         )
         .needing(Need::ElasticJoint, "3e5")
-        .by(
-            |c, ns_per_m| {
-                let per_m = pitch_squared(c);
-                if let Some(joint) = elastic(c) {
-                    joint.damping_nms_per_rad = ns_per_m * per_m;
-                }
-            },
-            |c| Some(elastic(&mut c.clone())?.damping_nms_per_rad / pitch_squared(c)),
-        )
+        .times(pitch_squared, |c| {
+            Some(&mut elastic(c)?.damping_nms_per_rad)
+        })
         .alone()
         .note(&["instead of damping_nms_per_rad: at the carriage"]),
     number("backlash_um", NotNegative, "µm")
@@ -311,15 +302,9 @@ const CARRIAGE: &[Key] = &[
             "Resistance a1/p",
         )
         .optional("100.0")
-        .by(
-            |c, ns_per_m| {
-                let pitch_m = c.axis.transmission.screw_pitch_m_per_rad;
-                c.axis.carriage.resistance.linear_ns_per_rad = ns_per_m * pitch_m;
-            },
-            |c| {
-                let pitch_m = c.axis.transmission.screw_pitch_m_per_rad;
-                Some(c.axis.carriage.resistance.linear_ns_per_rad / pitch_m)
-            },
+        .times(
+            |c| c.axis.transmission.screw_pitch_m_per_rad,
+            |c| Some(&mut c.axis.carriage.resistance.linear_ns_per_rad),
         )
         .note(&["instead of resistance_linear_ns_per_rad"]),
     number("resistance_quadratic_ns2_per_rad2", Any, "N s²/rad²")
@@ -430,19 +415,12 @@ const DRIVE: &[Key] = &[
     number("current_bandwidth_hz", Positive, "Hz")
         .meaning("bandwidth ω_c/2π of a current drive's loop")
         .optional("1000.0")
-        .by(
-            |c, bandwidth_hz| {
-                if let Control::Current {
-                    bandwidth_radps, ..
-                } = &mut c.amplifier.control
-                {
-                    *bandwidth_radps = Some(TAU * bandwidth_hz);
-                }
-            },
-            |c| match c.amplifier.control {
+        .times(
+            |_| TAU,
+            |c| match &mut c.amplifier.control {
                 Control::Current {
                     bandwidth_radps, ..
-                } => Some(bandwidth_radps? / TAU),
+                } => Some(bandwidth_radps),
                 Control::Voltage { .. } => None,
             },
         )
@@ -470,14 +448,14 @@ fn limits(case: &Case) -> Option<&MotionLimits> {
 
 const TRAVEL: Key = number("travel_mm", Any, "mm")
     .named("travel h of the carriage", "Travel h")
-    .by(|_, _| {}, |c| Some(1e3 * c.motion.travel_m()));
+    .part(|c| Some(1e3 * c.motion.travel_m()));
 const INTERVALS: Key = value("intervals_s", Kind::Intervals, "s")
     .named("list of the motion's intervals", "Intervals t1 … t7")
     .text(|c| Some(c.motion.intervals_s()?.map(crate::number::table).join(", ")));
 const TOTAL_TIME: Key = number("total_time_s", Positive, "s")
     .meaning("total time T_0 to which the intervals are stretched")
     .optional("1.0")
-    .by(|_, _| {}, |c| Some(c.motion.end_s()))
+    .part(|c| Some(c.motion.end_s()))
     .shown("Motion time")
     .note(&["stretches all seven to this sum; default: as they are"]);
 const MAX_ACCELERATION: Key = number("max_acceleration_mps2", Positive, "m/s²")
@@ -486,23 +464,17 @@ const MAX_ACCELERATION: Key = number("max_acceleration_mps2", Positive, "m/s²")
         "Motion's acceleration limit",
     )
     .needing(Need::Always, "4.0")
-    .by(|_, _| {}, |c| Some(limits(c)?.acceleration_mps2))
+    .part(|c| Some(limits(c)?.acceleration_mps2))
     .note(&["instead of intervals_s: the fastest move within the limits"]);
 const MAX_VELOCITY: Key = number("max_velocity_mps", Positive, "m/s")
     .named("largest speed of the command", "Motion's velocity limit")
     .optional("0.6")
-    .by(
-        |_, _| {},
-        |c| Some(limits(c)?.velocity_mps).filter(|v| v.is_finite()),
-    )
+    .part(|c| Some(limits(c)?.velocity_mps).filter(|v| v.is_finite()))
     .note(&["makes the command; [limits] velocity_mps is the axis's own"]);
 const MAX_JERK: Key = number("max_jerk_mps3", Positive, "m/s³")
     .named("largest jerk of the command", "Motion's jerk limit")
     .optional("80.0")
-    .by(
-        |_, _| {},
-        |c| Some(limits(c)?.jerk_mps3).filter(|j| j.is_finite()),
-    )
+    .part(|c| Some(limits(c)?.jerk_mps3).filter(|j| j.is_finite()))
     .note(&["default: no limit, the acceleration jumps"]);
 
 /// They make one command, which goes into a case as a whole.

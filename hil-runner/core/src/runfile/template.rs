@@ -18,7 +18,6 @@ use crate::case::Case;
 /// A run file with all that holds for every run.
 #[derive(Debug, Clone)]
 pub struct Template {
-    source_name: String,
     text: String,
     sets: Vec<String>,
     beside: Beside,
@@ -54,7 +53,6 @@ impl Template {
         Ok(Self {
             converted: converted.collect(),
             file,
-            source_name: source_name.to_owned(),
             text: text.to_owned(),
             sets: sets.to_owned(),
             beside,
@@ -66,7 +64,7 @@ impl Template {
     /// # Errors
     /// As [`Template::parse`].
     pub fn with_sets(&self, sets: &[String]) -> Result<Self, RunFileErrors> {
-        Self::parse(&self.source_name, &self.text, sets, self.beside)
+        Self::parse(&self.file.source_name, &self.text, sets, self.beside)
     }
 
     /// The run without any change.
@@ -76,7 +74,7 @@ impl Template {
 
     /// The name of the file in messages, beside which its profile lies.
     pub fn source_name(&self) -> &str {
-        &self.source_name
+        &self.file.source_name
     }
 
     /// The overrides that hold for every run.
@@ -138,7 +136,7 @@ impl Template {
     ) -> Result<RunFile, RunFileErrors> {
         let mut sets = self.sets.clone();
         sets.extend(changes.map(|(key, value)| format!("{}={}", key.path(), value.to_toml())));
-        RunFile::parse(&self.source_name, &self.text, &sets, self.beside)
+        RunFile::parse(&self.file.source_name, &self.text, &sets, self.beside)
     }
 
     /// The run, if every change can be written straight into the case.
@@ -185,15 +183,14 @@ mod tests {
     use crate::runfile::profile::nothing_beside;
     use crate::runfile::{SECTIONS, builtin_text};
 
-    fn template(sets: &[&str]) -> Template {
+    fn parsed(sets: &[&str]) -> Result<Template, RunFileErrors> {
         let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
-        Template::parse(
-            "paper-2",
-            builtin_text("paper-2").unwrap(),
-            &sets,
-            nothing_beside,
-        )
-        .unwrap()
+        let text = builtin_text("paper-2").unwrap();
+        Template::parse("paper-2", text, &sets, nothing_beside)
+    }
+
+    fn template(sets: &[&str]) -> Template {
+        parsed(sets).unwrap()
     }
 
     /// Every key that is written straight gives the case that the file would.
@@ -296,16 +293,7 @@ mod tests {
         assert_eq!(case.encoder, plant::Encoder::with_lines(500.0));
         assert_eq!(case.dac, plant::Dac::with_range(14, 80.0));
         // Both at once are refused.
-        let sets = ["drive.dac_range_v=80", "drive.dac_lsb_v=0.1"].map(str::to_owned);
-        assert!(
-            Template::parse(
-                "paper-2",
-                builtin_text("paper-2").unwrap(),
-                &sets,
-                nothing_beside
-            )
-            .is_err()
-        );
+        assert!(parsed(&["drive.dac_range_v=80", "drive.dac_lsb_v=0.1"]).is_err());
     }
 
     #[test]

@@ -42,6 +42,38 @@ impl Toml {
             Self::Table(_) => "a table",
         }
     }
+
+    pub(super) fn text(&self) -> Option<&str> {
+        match self {
+            Self::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    pub(super) fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(number.value),
+            _ => None,
+        }
+    }
+
+    pub(super) fn table(&self) -> Option<&Table> {
+        match self {
+            Self::Table(table) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// The items of an array, each with its table if it is one.
+    pub(super) fn rows(&self) -> Vec<(&Node, Option<&Table>)> {
+        match self {
+            Self::Array(items) => items
+                .iter()
+                .map(|item| (item, item.value.table()))
+                .collect(),
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// An integer or float. The decimal text is kept because times are judged to
@@ -74,10 +106,7 @@ impl Table {
         if name.is_empty() {
             return Some(self);
         }
-        match &self.get(name)?.value {
-            Toml::Table(table) => Some(table),
-            _ => None,
-        }
+        self.get(name)?.value.table()
     }
 
     /// Sets a key, in its old place if it is there.
@@ -94,16 +123,24 @@ impl Table {
 /// # Errors
 /// Line and problem if the text is not TOML.
 pub(super) fn parse_document(text: &str) -> Result<Table, (Place, Problem)> {
-    let lines = Lines::new(text);
+    let breaks = text.match_indices('\n').map(|(at, _)| at + 1);
+    let starts: Vec<usize> = core::iter::once(0).chain(breaks).collect();
+    // Line and column, both from 1, the column in characters.
+    let position = |offset: usize| {
+        let line = starts.partition_point(|start| *start <= offset);
+        let start = starts.get(line.saturating_sub(1)).copied();
+        let before = text.get(start.unwrap_or(0)..offset).unwrap_or("");
+        (line, before.chars().count() + 1)
+    };
     let locate = |span: Range<usize>| {
-        let (line, _) = lines.position(span.start);
+        let (line, _) = position(span.start);
         (Place::Line(line), text.get(span).unwrap_or(""))
     };
     match DeTable::parse(text) {
         Ok(document) => Ok(table(document.get_ref(), &locate)),
         Err(error) => {
             let (at, message) = syntax_error(text, &error);
-            let (line, column) = lines.position(at);
+            let (line, column) = position(at);
             Err((Place::Line(line), Problem::Syntax { column, message }))
         }
     }
@@ -204,30 +241,6 @@ fn decimal_number(text: &str) -> Number {
         // no number cannot pass the parser; NaN is refused further on.
         value: text.parse().unwrap_or(f64::NAN) + 0.0,
         decimal: text.to_owned(),
-    }
-}
-
-/// Line and column of an offset.
-struct Lines<'t> {
-    text: &'t str,
-    starts: Vec<usize>,
-}
-
-impl<'t> Lines<'t> {
-    fn new(text: &'t str) -> Self {
-        let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
-        let starts = core::iter::once(0)
-            .chain(breaks.map(|(at, _)| at + 1))
-            .collect();
-        Self { text, starts }
-    }
-
-    /// Line and column, both from 1, the column in characters.
-    fn position(&self, offset: usize) -> (usize, usize) {
-        let line = self.starts.partition_point(|start| *start <= offset);
-        let start = self.starts.get(line.saturating_sub(1)).copied();
-        let before = self.text.get(start.unwrap_or(0)..offset).unwrap_or("");
-        (line, before.chars().count() + 1)
     }
 }
 

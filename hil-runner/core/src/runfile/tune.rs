@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::check::{self, Values};
-use super::errors::{Findings, Problem, RunFileErrors};
+use super::errors::{Findings, RunFileErrors};
 use super::key_path::{KeyPath, renamed};
 use super::keys::{Kind, Range, path};
 use super::overrides;
@@ -34,24 +34,16 @@ pub(super) fn read_file(
         return Err(findings.into_errors());
     };
     for (name, node) in tree.entries.iter().filter(|(name, _)| name != "tune") {
-        let problem = Problem::NotAllowed {
-            key: name.clone(),
-            text: node.text.clone(),
-            because: "a file for --tune has the section [tune] alone".to_owned(),
-        };
-        findings.push(node.place.clone(), problem);
+        let because = "a file for --tune has the section [tune] alone".to_owned();
+        findings.refuse(node, name, because);
     }
     let values = check::section(&tree, "tune", &mut findings);
     let settings = read(&tree, &values, of_case, &mut findings);
-    match settings {
-        Some(settings) if findings.is_empty() => Ok(settings),
-        _ => {
-            if findings.is_empty() {
-                findings.push_missing(None, "lacks the section [tune] with keys".to_owned());
-            }
-            Err(findings.into_errors())
-        }
+    if settings.is_none() && findings.is_empty() {
+        findings.push_missing(None, "lacks the section [tune] with keys".to_owned());
     }
+    let settings = settings.filter(|_| findings.is_empty());
+    settings.ok_or_else(|| findings.into_errors())
 }
 
 /// Reads `[tune]` of a tree whose keys have been checked; `of_case` has the values of the run
@@ -119,12 +111,13 @@ struct Reader<'r> {
 
 impl Reader<'_> {
     fn refuse(&mut self, node: &Node, key: &str, because: String) {
-        let problem = Problem::NotAllowed {
-            key: format!("tune.{key}"),
-            text: node.text.clone(),
-            because,
-        };
-        self.findings.push(node.place.clone(), problem);
+        self.findings.refuse(node, &path("tune", key), because);
+    }
+
+    /// What was read of a node, unless it is refused.
+    fn taken<T>(&mut self, node: &Node, key: &str, read: Result<T, String>) -> Option<T> {
+        let refuse = |because| self.refuse(node, key, because);
+        read.map_err(refuse).ok()
     }
 
     /// The strings of a list, each with its node.
@@ -133,21 +126,17 @@ impl Reader<'_> {
             return Vec::new();
         };
         if items.is_empty() {
-            self.refuse(
-                node,
-                key,
-                "the list is empty; it has at least one string".to_owned(),
-            );
+            let because = "the list is empty; it has at least one string".to_owned();
+            self.refuse(node, key, because);
         }
         let mut strings = Vec::new();
         for item in items {
-            match &item.value {
-                Toml::Text(text) => strings.push((item, text.as_str())),
-                other => {
-                    let is = other.type_words();
-                    self.refuse(item, key, format!("the list has strings, and this is {is}"));
-                }
-            }
+            let is = item.value.type_words();
+            let text = item
+                .value
+                .text()
+                .ok_or(format!("the list has strings, and this is {is}"));
+            strings.extend(self.taken(item, key, text).map(|text| (item, text)));
         }
         strings
     }
@@ -155,10 +144,8 @@ impl Reader<'_> {
     fn keys(&mut self, node: &Node) -> Vec<TunedKey> {
         let mut keys: Vec<TunedKey> = Vec::new();
         for (item, text) in self.strings(node, "keys") {
-            match self.key(text, &keys) {
-                Ok(key) => keys.push(key),
-                Err(because) => self.refuse(item, "keys", because),
-            }
+            let key = self.key(text, &keys);
+            keys.extend(self.taken(item, "keys", key));
         }
         keys
     }
@@ -166,23 +153,16 @@ impl Reader<'_> {
     /// # Errors
     /// The sentence that says what can be tuned.
     fn key(&self, text: &str, others: &[TunedKey]) -> Result<TunedKey, String> {
-        let (base, element) =
-            match text.rsplit_once('.') {
-                Some((base, number)) if base == "motion.intervals_s" => {
-                    // A sign would make another word of the same place.
-                    let number = number
-                        .parse()
-                        .ok()
-                        .filter(|place| (1..=7).contains(place) && number.len() == 1);
-                    (
-                        base,
-                        Some(number.ok_or(
-                            "the intervals are motion.intervals_s.1 to motion.intervals_s.7",
-                        )?),
-                    )
+        let (base, element) = match text.rsplit_once('.') {
+            Some((base @ "motion.intervals_s", number)) => match number.as_bytes() {
+                [digit @ b'1'..=b'7'] => (base, Some(usize::from(digit - b'0'))),
+                _ => {
+                    let words = "the intervals are motion.intervals_s.1 to motion.intervals_s.7";
+                    return Err(words.to_owned());
                 }
-                _ => (text, None),
-            };
+            },
+            _ => (text, None),
+        };
         let key = KeyPath::find(base)?;
         let tuned = TunedKey {
             key,
@@ -227,76 +207,54 @@ impl Reader<'_> {
 
     /// The keys with their ranges.
     fn ranges(&mut self, node: Option<&Node>, mut keys: Vec<TunedKey>) -> Vec<TunedKey> {
-        for (name, item) in self.entries(node) {
+        let table = node.and_then(|node| node.value.table());
+        for (name, item) in table.into_iter().flat_map(|table| &table.entries) {
             let key = format!("range.\"{name}\"");
-            let Some(tuned) = keys.iter_mut().find(|tuned| tuned.path() == name) else {
+            let Some(tuned) = keys.iter_mut().find(|tuned| tuned.path() == *name) else {
                 self.refuse(item, &key, "a range is for one of tune.keys".to_owned());
                 continue;
             };
-            match range(item, tuned) {
-                Ok(range) => tuned.range = Some(range),
-                Err(because) => self.refuse(item, &key, because),
-            }
+            tuned.range = self.taken(item, &key, range(item, tuned));
         }
         keys
     }
 
-    fn entries<'n>(&self, node: Option<&'n Node>) -> Vec<(&'n str, &'n Node)> {
-        match node.map(|node| &node.value) {
-            Some(Toml::Table(table)) => {
-                let entries = table.entries.iter();
-                entries.map(|(name, node)| (name.as_str(), node)).collect()
-            }
-            _ => Vec::new(),
-        }
-    }
-
     fn minimise(&mut self, node: &Node) -> Vec<Objective> {
-        let mut objectives = Vec::new();
-        let entries = self.entries(Some(node));
-        if entries.is_empty() && matches!(node.value, Toml::Table(_)) {
-            self.refuse(
-                node,
-                "minimise",
-                "the table is empty; it has at least one figure".to_owned(),
-            );
+        let Some(table) = node.value.table() else {
+            return Vec::new();
+        };
+        if table.entries.is_empty() {
+            let because = "the table is empty; it has at least one figure".to_owned();
+            self.refuse(node, "minimise", because);
         }
-        for (name, item) in entries {
-            let key = format!("minimise.{name}");
-            let weight = match &item.value {
-                Toml::Number(number) if number.value.is_finite() && number.value > 0.0 => {
-                    Ok(number.value)
-                }
-                _ => Err("a weight is a finite number greater than 0".to_owned()),
-            };
-            match figure(name).and_then(|figure| Ok((figure, weight?))) {
-                Ok((figure, weight)) => objectives.push(Objective { figure, weight }),
-                Err(because) => self.refuse(item, &key, because),
-            }
-        }
-        objectives
+        let read = |(name, item): &(String, Node)| {
+            let objective = figure(name).and_then(|figure| {
+                let weight = item.value.number();
+                let weight = weight.filter(|weight| weight.is_finite() && *weight > 0.0);
+                let weight = weight.ok_or("a weight is a finite number greater than 0")?;
+                Ok(Objective { figure, weight })
+            });
+            self.taken(item, &format!("minimise.{name}"), objective)
+        };
+        table.entries.iter().filter_map(read).collect()
     }
 
     fn require(&mut self, node: &Node) -> Vec<Requirement> {
-        let mut requirements = Vec::new();
-        for (item, text) in self.strings(node, "require") {
-            match requirement(text) {
-                Ok(requirement) => requirements.push(requirement),
-                Err(because) => self.refuse(item, "require", because),
-            }
-        }
-        requirements
+        let strings = self.strings(node, "require").into_iter();
+        let read = |(item, text)| self.taken(item, "require", requirement(text));
+        strings.filter_map(read).collect()
     }
 
     fn over(&mut self, node: &Node, tuned: &[TunedKey]) -> Vec<Over> {
-        let mut all: Vec<Over> = Vec::new();
-        for (name, item) in self.entries(Some(node)) {
-            match over(name, item, tuned) {
-                Ok(over) => all.push(over),
-                Err(because) => self.refuse(item, &format!("over.\"{name}\""), because),
-            }
-        }
-        all
+        let read = |(name, item): &(String, Node)| {
+            self.taken(item, &format!("over.\"{name}\""), over(name, item, tuned))
+        };
+        let entries = node
+            .value
+            .table()
+            .into_iter()
+            .flat_map(|table| &table.entries);
+        entries.filter_map(read).collect()
     }
 }
 
@@ -311,7 +269,7 @@ fn range(node: &Node, tuned: &TunedKey) -> Result<[f64; 2], String> {
     let Toml::Array(items) = &node.value else {
         return Err(needs());
     };
-    let numbers: Option<Vec<f64>> = items.iter().map(number).collect();
+    let numbers: Option<Vec<f64>> = items.iter().map(|item| item.value.number()).collect();
     let [low, high] = numbers.ok_or_else(needs)?.try_into().map_err(|_| needs())?;
     if !(low.is_finite() && high.is_finite() && low < high) {
         return Err(needs());
@@ -325,13 +283,6 @@ fn range(node: &Node, tuned: &TunedKey) -> Result<[f64; 2], String> {
             .map_err(|words| format!("each end must be {words}"))?;
     }
     Ok([low, high])
-}
-
-fn number(node: &Node) -> Option<f64> {
-    match &node.value {
-        Toml::Number(number) => Some(number.value),
-        _ => None,
-    }
 }
 
 /// The key of a figure of the summary.
@@ -437,7 +388,7 @@ fn spread(node: &Node, key: &KeyPath) -> Result<OverSpread, String> {
         }
         (_, Kind::Choice(_)) => Err("it takes a list of its words".to_owned()),
         (Toml::Array(items), _) => {
-            let values: Option<Vec<f64>> = items.iter().map(number).collect();
+            let values: Option<Vec<f64>> = items.iter().map(|item| item.value.number()).collect();
             values
                 .filter(|values| !values.is_empty() && values.iter().all(|value| value.is_finite()))
                 .map(OverSpread::Values)

@@ -221,7 +221,7 @@ impl Problem {
                 (_, Kind::Number(_) | Kind::NumberOrWord(..)) => Some(Value::Number(value)),
                 _ => None,
             };
-            value.is_some_and(|value| key.put(case, value))
+            value.map(|value| key.key.set(case, value)).is_some()
         })
     }
 

@@ -1,6 +1,8 @@
 //! The gains in what the motor gets per radian of the motor, volts or with a current drive
 //! amperes: codes/count = (V/rad)/(K_enc·K_a·K_dac).
 
+use plant::PidGains;
+
 use super::super::keys::Range::{NotNegative, Positive};
 use super::super::keys::{Key, Need, Way, number};
 use crate::case::{CascadeGains, Case};
@@ -37,100 +39,54 @@ pub(crate) const OF_CURRENT_DRIVE: [&str; 4] = [
     "velocity_gain_as_per_rad",
 ];
 
-/// A gain in codes per count as one per radian, if the drive is of that kind.
-fn per_rad(case: &Case, of_current: bool, codes: Option<f64>) -> Option<f64> {
+/// The gains of the law in codes per count, unless the drive is of another kind.
+fn gains(case: &mut Case, of_current: bool) -> Option<&mut PidGains> {
     let is_it = case.amplifier.is_current_drive() == of_current;
-    Some(codes? * case.output_per_rad()).filter(|_| is_it)
+    is_it.then_some(&mut case.controller.gains)
 }
 
-/// Keys for gains per radian of the motor, each with the way of its codes per count into a
-/// case and out of it.
-macro_rules! gains {
-    ($($name:literal $unit:literal $meaning:literal $shown:literal ($need:expr, $example:literal)
-        $of_current:literal $set:expr, $get:expr);+ $(;)?) => {
+/// What becomes of them, if anything does.
+fn new_gains(case: &mut Case, of_current: bool) -> Option<&mut GainChange> {
+    let is_it = case.amplifier.is_current_drive() == of_current;
+    case.options.gain_change.as_mut().filter(|_| is_it)
+}
+
+/// Keys for gains per radian of the motor, each with its place in codes per count.
+macro_rules! per_radian {
+    ($gains:ident, $need:expr; $($name:literal $unit:literal $meaning:literal $shown:literal
+        $example:literal, $of_current:literal $gain:ident);+ $(;)?) => {
         [$(number($name, NotNegative, $unit)
             .named($meaning, $shown)
             .needing($need, $example)
-            .by(
-                |c, gain| {
-                    let set: fn(&mut Case, f64) = $set;
-                    let codes = gain / c.output_per_rad();
-                    set(c, codes);
-                },
-                |c| {
-                    let get: fn(&Case) -> Option<f64> = $get;
-                    per_rad(c, $of_current, get(c))
-                },
-            )),+]
+            .per(Case::output_per_rad, |c| Some(&mut $gains(c, $of_current)?.$gain))),+]
     };
 }
 
-/// A gain in codes per count, as it is set and as it is.
-type Gain = (fn(&mut Case, f64), fn(&Case) -> Option<f64>);
-
-const KP: Gain = (
-    |c, codes| c.controller.gains.kp = codes,
-    |c| Some(c.controller.gains.kp),
-);
-const KI: Gain = (
-    |c, codes| c.controller.gains.ki_per_s = codes,
-    |c| Some(c.controller.gains.ki_per_s),
-);
-const KD: Gain = (
-    |c, codes| c.controller.gains.kd_s = codes,
-    |c| Some(c.controller.gains.kd_s),
-);
-
 /// `kp_v_per_rad` … and `kp_a_per_rad` …
-pub(super) const PER_RAD: [Key; 6] = gains! {
+pub(super) const PER_RAD: [Key; 6] = per_radian! { gains, Need::Always;
     "kp_v_per_rad" "V/rad" "proportional gain K_p at the motor" "Gain Kp at the motor"
-        (Need::Always, "30.0") false KP.0, KP.1;
+        "30.0", false kp;
     "ki_v_per_rad_s" "V/(rad s)" "integral gain K_i at the motor" "Gain Ki at the motor"
-        (Need::Always, "46.0") false KI.0, KI.1;
+        "46.0", false ki_per_s;
     "kd_vs_per_rad" "V s/rad" "derivative gain K_d at the motor" "Gain Kd at the motor"
-        (Need::Always, "0.46") false KD.0, KD.1;
+        "0.46", false kd_s;
     "kp_a_per_rad" "A/rad" "proportional gain K_p of a current drive" "Gain Kp at the motor"
-        (Need::Always, "10.0") true KP.0, KP.1;
+        "10.0", true kp;
     "ki_a_per_rad_s" "A/(rad s)" "integral gain K_i of a current drive" "Gain Ki at the motor"
-        (Need::Always, "100.0") true KI.0, KI.1;
+        "100.0", true ki_per_s;
     "kd_as_per_rad" "A s/rad" "derivative gain K_d of a current drive" "Gain Kd at the motor"
-        (Need::Always, "0.2") true KD.0, KD.1;
+        "0.2", true kd_s;
 };
 
-/// Changes what becomes of the gains, if anything does.
-fn change(case: &mut Case, set: impl FnOnce(&mut GainChange)) {
-    if let Some(change) = case.options.gain_change.as_mut() {
-        set(change);
-    }
-}
-
-const NEW_KP: Gain = (
-    |c, codes| change(c, |change| change.kp = Some(codes)),
-    |c| c.options.gain_change?.kp,
-);
-const NEW_KI: Gain = (
-    |c, codes| change(c, |change| change.ki_per_s = Some(codes)),
-    |c| c.options.gain_change?.ki_per_s,
-);
-const NEW_KD: Gain = (
-    |c, codes| change(c, |change| change.kd_s = Some(codes)),
-    |c| c.options.gain_change?.kd_s,
-);
-
 /// The same of `[gain_change]`.
-pub(super) const NEW_PER_RAD: [Key; 6] = gains! {
-    "kp_v_per_rad" "V/rad" "new proportional gain K_p at the motor" ""
-        (Need::OnlyWith("at_s"), "37.0") false NEW_KP.0, NEW_KP.1;
-    "ki_v_per_rad_s" "V/(rad s)" "new integral gain K_i at the motor" ""
-        (Need::OnlyWith("at_s"), "74.0") false NEW_KI.0, NEW_KI.1;
-    "kd_vs_per_rad" "V s/rad" "new derivative gain K_d at the motor" ""
-        (Need::OnlyWith("at_s"), "0.56") false NEW_KD.0, NEW_KD.1;
-    "kp_a_per_rad" "A/rad" "new proportional gain K_p of a current drive" ""
-        (Need::OnlyWith("at_s"), "12.0") true NEW_KP.0, NEW_KP.1;
+pub(super) const NEW_PER_RAD: [Key; 6] = per_radian! { new_gains, Need::OnlyWith("at_s");
+    "kp_v_per_rad" "V/rad" "new proportional gain K_p at the motor" "" "37.0", false kp;
+    "ki_v_per_rad_s" "V/(rad s)" "new integral gain K_i at the motor" "" "74.0", false ki_per_s;
+    "kd_vs_per_rad" "V s/rad" "new derivative gain K_d at the motor" "" "0.56", false kd_s;
+    "kp_a_per_rad" "A/rad" "new proportional gain K_p of a current drive" "" "12.0", true kp;
     "ki_a_per_rad_s" "A/(rad s)" "new integral gain K_i of a current drive" ""
-        (Need::OnlyWith("at_s"), "120.0") true NEW_KI.0, NEW_KI.1;
-    "kd_as_per_rad" "A s/rad" "new derivative gain K_d of a current drive" ""
-        (Need::OnlyWith("at_s"), "0.25") true NEW_KD.0, NEW_KD.1;
+        "120.0", true ki_per_s;
+    "kd_as_per_rad" "A s/rad" "new derivative gain K_d of a current drive" "" "0.25", true kd_s;
 };
 
 /// Changes the cascade that the gains are given as, and the gains with it.
@@ -140,7 +96,7 @@ fn set_cascade(case: &mut Case, set: impl FnOnce(&mut CascadeGains)) {
     case.controller.cascade = Some(cascade);
     let per_rad = case.output_per_rad();
     let [kp, ki_per_s, kd_s] = cascade.gains().map(|gain| gain / per_rad);
-    case.controller.gains = plant::PidGains { kp, ki_per_s, kd_s };
+    case.controller.gains = PidGains { kp, ki_per_s, kd_s };
 }
 
 /// The cascade's k, if the drive is of that kind.
