@@ -101,6 +101,9 @@ pub struct LogColumn {
     /// Place in [`COLUMNS`].
     #[serde(skip)]
     place: usize,
+    /// Its cell in a line.
+    #[serde(skip)]
+    cell: usize,
     /// A value for each time.
     #[serde(serialize_with = "column")]
     pub values: Vec<f64>,
@@ -118,65 +121,50 @@ pub struct LogError {
     pub problem: String,
 }
 
-/// The names in the first line of a log.
-struct Names {
-    /// Cell of the times.
-    time: usize,
-    /// Cells of the columns that are used, and these without a value yet.
-    columns: Vec<(usize, LogColumn)>,
-    ignored: Vec<String>,
-}
-
-impl Names {
-    /// # Errors
-    /// The sentence that says what is missing, or stands twice.
-    fn of(names: &csv::StringRecord) -> Result<Self, String> {
-        let known = || {
-            let names = COLUMNS.iter().map(|column| column.name);
-            names.collect::<Vec<_>>().join(", ")
-        };
-        if let Some(twice) = (names.iter().enumerate())
-            .find_map(|(i, name)| names.iter().take(i).find(|before| *before == name))
-        {
-            return Err(format!("column {twice} stands twice; once is allowed"));
-        }
-        let Some(time) = names.iter().position(|name| name == "t_s") else {
-            let commas = match names.len() {
-                1 => " between commas",
-                _ => "",
-            };
-            return Err(format!(
-                "there is no column t_s; the first line names the columns{commas}, t_s and at least one of {}",
-                known()
-            ));
-        };
-        let (mut columns, mut ignored) = (Vec::new(), Vec::new());
-        for (cell, name) in names.iter().enumerate().filter(|(cell, _)| *cell != time) {
-            match COLUMNS.iter().position(|column| column.name == name) {
-                Some(place) => {
-                    let (name, values) = (COLUMNS[place].name, Vec::new());
-                    let column = LogColumn {
-                        name,
-                        place,
-                        values,
-                    };
-                    columns.push((cell, column));
-                }
-                None => ignored.push(name.to_owned()),
-            }
-        }
-        if columns.is_empty() {
-            return Err(format!(
-                "no column besides t_s is known; at least one is needed of {}",
-                known()
-            ));
-        }
-        Ok(Self {
-            time,
-            columns,
-            ignored,
-        })
+/// Of the names in the first line of a log the cell of the times, the columns that are used,
+/// without a value yet, and the names of the others.
+///
+/// # Errors
+/// The sentence that says what is missing, or stands twice.
+fn columns(names: &csv::StringRecord) -> Result<(usize, Vec<LogColumn>, Vec<String>), String> {
+    let known = || {
+        let names = COLUMNS.iter().map(|column| column.name);
+        names.collect::<Vec<_>>().join(", ")
+    };
+    if let Some(twice) = (names.iter().enumerate())
+        .find_map(|(i, name)| names.iter().take(i).find(|before| *before == name))
+    {
+        return Err(format!("column {twice} stands twice; once is allowed"));
     }
+    let Some(time) = names.iter().position(|name| name == "t_s") else {
+        let commas = match names.len() {
+            1 => " between commas",
+            _ => "",
+        };
+        return Err(format!(
+            "there is no column t_s; the first line names the columns{commas}, t_s and at least one of {}",
+            known()
+        ));
+    };
+    let (mut columns, mut ignored) = (Vec::new(), Vec::new());
+    for (cell, name) in names.iter().enumerate().filter(|(cell, _)| *cell != time) {
+        match COLUMNS.iter().position(|column| column.name == name) {
+            Some(place) => columns.push(LogColumn {
+                name: COLUMNS[place].name,
+                place,
+                cell,
+                values: Vec::new(),
+            }),
+            None => ignored.push(name.to_owned()),
+        }
+    }
+    if columns.is_empty() {
+        return Err(format!(
+            "no column besides t_s is known; at least one is needed of {}",
+            known()
+        ));
+    }
+    Ok((time, columns, ignored))
 }
 
 impl MeasuredLog {
@@ -210,11 +198,7 @@ impl MeasuredLog {
             refuse(line, problem)
         };
         let names = csv.headers().map_err(|error| malformed(&error))?;
-        let Names {
-            time,
-            mut columns,
-            ignored,
-        } = Names::of(names).map_err(|problem| refuse(1, problem))?;
+        let (time, mut columns, ignored) = columns(names).map_err(|problem| refuse(1, problem))?;
         let (mut t_s, mut before_s) = (Vec::new(), f64::NEG_INFINITY);
         for record in csv.records() {
             let record = record.map_err(|error| malformed(&error))?;
@@ -238,8 +222,8 @@ impl MeasuredLog {
             }
             before_s = now_s;
             t_s.push(now_s + offset_s);
-            for (cell, column) in &mut columns {
-                column.values.push(number(column.name, *cell)?);
+            for column in &mut columns {
+                column.values.push(number(column.name, column.cell)?);
             }
         }
         if t_s.is_empty() {
@@ -250,7 +234,7 @@ impl MeasuredLog {
             name: file.to_owned(),
             offset_s,
             t_s,
-            columns: columns.into_iter().map(|(_, column)| column).collect(),
+            columns,
             ignored,
         })
     }
