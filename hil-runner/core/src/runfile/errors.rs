@@ -9,8 +9,6 @@ use core::fmt;
 
 use thiserror::Error;
 
-use super::tree::Node;
-
 /// Place of a value or a fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
@@ -180,16 +178,6 @@ impl Findings {
             Place::Set(_) => usize::MAX,
         };
         self.push_at(line, place, problem);
-    }
-
-    /// Records a value that its key does not allow.
-    pub(super) fn refuse(&mut self, node: &Node, key: &str, because: String) {
-        let problem = Problem::NotAllowed {
-            key: key.to_owned(),
-            text: node.text.clone(),
-            because,
-        };
-        self.push(node.place.clone(), problem);
     }
 
     /// Records something missing, to be listed with its section.

@@ -5,7 +5,7 @@ use core::ops::Range;
 
 use toml::de::{DeTable, DeValue};
 
-use super::errors::{Place, Problem, one_line};
+use super::errors::{Findings, Place, Problem, one_line};
 
 /// Longest piece of a value that a message repeats \[characters\].
 const ECHO: usize = 60;
@@ -294,6 +294,18 @@ pub(super) fn nanoseconds(decimal: &str) -> Option<u64> {
         whole_ns.checked_add(1)
     } else {
         None
+    }
+}
+
+impl Findings {
+    /// Records a value that its key does not allow.
+    pub(super) fn refuse(&mut self, node: &Node, key: &str, because: String) {
+        let problem = Problem::NotAllowed {
+            key: key.to_owned(),
+            text: node.text.clone(),
+            because,
+        };
+        self.push(node.place.clone(), problem);
     }
 }
 
