@@ -21,7 +21,7 @@ pub(super) struct Leaving {
     pub(super) voltage_v: f64,
     /// x_ref at both ends of the step \[m\].
     pub(super) commands_m: [f64; 2],
-    /// Number of the step.
+    /// When the step begins \[ns\].
     pub(super) time_ns: u64,
     /// The caller counts its time at the limit of the voltage.
     pub(super) counted: bool,
