@@ -18,7 +18,7 @@ use hil_core::controllers::{Controller, IoKind};
 use hil_core::message::{Measurement, Steps, whole};
 use plant::{
     Batch, Control, Drive, Eight, Extremes, ExtremesSettings, Four, Joint, LaneSetup, Motion, One,
-    Plant, PlantError, Solver, Start, State, Width,
+    Plant, PlantError, Single, Solver, Start, State, Width,
 };
 
 /// One run after a step as seen from outside, in bits.
@@ -277,6 +277,7 @@ fn with_instructions<S: Simd>(
     simd.vectorize(
         #[inline(always)]
         || {
+            compare(Single(simd), group, expected)?;
             compare(Four(simd), group, expected)?;
             compare(Eight(simd), group, expected)
         },

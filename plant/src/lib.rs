@@ -48,7 +48,7 @@ pub use model::resistance::{Carriage, Resistance};
 pub use model::state::State;
 pub use model::surroundings::{Load, Start, Surroundings};
 pub use numerics::vectors::{Vectors, widest, with_four};
-pub use numerics::width::{Eight, Four, One, Width};
+pub use numerics::width::{Eight, Four, One, Single, Width};
 pub use observe::extremes::{Extremes, ExtremesSettings};
 pub use observe::{ContactChange, Span, Watch};
 pub use plant::{Moment, Plant, Solver};

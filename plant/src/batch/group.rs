@@ -393,12 +393,12 @@ pub(super) struct Track<W: Width> {
     /// with, and of the rates of the driving states.
     pub(super) ends: [W::Array; FIGURES],
     pub(super) starts: [W::Array; FIGURES],
-    pub(super) rates: [W::Array; DRIVING],
+    pub(super) rates: W::QuadArray,
     /// And of the voltages.
     pub(super) voltage_v: W::Array,
     /// Of the block before: the larger of the first two, and the others.
     pub(super) sizes_before: [W::Array; FIGURES],
-    pub(super) rates_before: [W::Array; DRIVING],
+    pub(super) rates_before: W::QuadArray,
     pub(super) voltage_before_v: W::Array,
 }
 
@@ -423,11 +423,11 @@ impl<W: Width> Track<W> {
             second: 0,
             ends: [zero; FIGURES],
             starts: [zero; FIGURES],
-            rates: [zero; DRIVING],
+            rates: W::quad_array(0.0),
             voltage_v: zero,
             voltage_before_v: zero,
             sizes_before: [zero; FIGURES],
-            rates_before: [zero; DRIVING],
+            rates_before: W::quad_array(0.0),
         }
     }
 
@@ -439,7 +439,7 @@ impl<W: Width> Track<W> {
         slot.state = [zero; HELD];
         (slot.flank, slot.command_m, slot.time_ns) = (zero, zero, 0);
         (self.ends, self.starts) = ([zero; FIGURES], [zero; FIGURES]);
-        self.rates = [zero; DRIVING];
+        self.rates = W::quad_array(0.0);
         self.voltage_v = zero;
     }
 

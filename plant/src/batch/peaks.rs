@@ -10,7 +10,7 @@ use super::answers::CommandSketch;
 use super::group::{Group, PLACES, Shared, Slot, state_of};
 use super::phase::times_sizes_of;
 use super::questions::{PastStep, Question, Topic};
-use crate::exact::{DRIVING, HELD, behind_figure, times_sizes};
+use crate::exact::{HELD, behind_figure, times_sizes};
 use crate::model::state::{BETA, CURRENT, EPSILON};
 use crate::numerics::seconds;
 use crate::numerics::width::Width;
@@ -25,7 +25,7 @@ struct Course<W: Width> {
     x: [W::Vector; HELD],
     rates: [W::Vector; HELD],
     /// Magnitudes of the rates of the driving states.
-    sizes: [W::Vector; DRIVING],
+    sizes: W::Quad,
 }
 
 impl<W: Width> Group<W> {
@@ -59,7 +59,7 @@ impl<W: Width> Group<W> {
         w.store(peak_v, &mut self.peak_abs_voltage_v);
         track.voltage_v = W::array(0.0);
         track.ends = [W::array(0.0); FIGURES];
-        track.rates = [W::array(0.0); DRIVING];
+        track.rates = W::quad_array(0.0);
         (track.first, track.second) = (track.second, track.now);
     }
 
@@ -73,12 +73,9 @@ impl<W: Width> Group<W> {
         let all = (1_u64 << W::LANES) - 1;
         let half_bend = w.load(&self.bend_m) * w.splat(0.125);
         let mut open = [false; FIGURES];
-        let sizes = track.rates_before.each_ref().map(
-            #[inline(always)]
-            |array| w.load(array),
-        );
+        let sizes = w.load_quad(&track.rates_before);
         for (i, open) in open.iter_mut().enumerate() {
-            let mut chord = times_sizes(w, &shared.most_chords[i], &sizes);
+            let mut chord = times_sizes(w, &shared.most_chords[i], sizes);
             if is_following_error(i) {
                 chord = chord + half_bend;
             } else if i == POWER {
@@ -157,7 +154,7 @@ impl<W: Width> Group<W> {
         let closed = w.greater(w.abs(w.load(&from.flank)), w.splat(0.5));
         let mut start = self.figure_at(shared, from, figure);
         let mut end = self.figure_at(shared, to, figure);
-        let mut chord = times_sizes_of(w, closed, &phase.chords[figure], &course.sizes);
+        let mut chord = times_sizes_of(w, closed, &phase.chords[figure], course.sizes);
         // The power is under one voltage all along.
         let size_v = w.abs(course.voltage_v);
         if figure == POWER {
@@ -176,7 +173,7 @@ impl<W: Width> Group<W> {
         if left == 0 {
             return (0, upper);
         }
-        let mut slope = times_sizes_of(w, closed, &phase.slopes[figure], &course.sizes);
+        let mut slope = times_sizes_of(w, closed, &phase.slopes[figure], course.sizes);
         if figure == POWER {
             slope = size_v * slope;
         } else if is_following_error(figure) {
@@ -257,7 +254,7 @@ impl<W: Width> Group<W> {
             voltage_v,
             x,
             rates,
-            sizes: [w.abs(a), w.abs(b), w.abs(c), w.abs(d)],
+            sizes: w.quad_abs(w.quad([a, b, c, d])),
         }
     }
 

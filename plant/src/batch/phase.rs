@@ -165,7 +165,7 @@ pub(super) fn times_sizes_of<W: Width>(
     w: W,
     closed: W::Mask,
     [open_row, closed_row]: &[[f64; DRIVING]; 2],
-    sizes: &[W::Vector; DRIVING],
+    sizes: W::Quad,
 ) -> W::Vector {
     let (open, shut) = (
         times_sizes(w, open_row, sizes),

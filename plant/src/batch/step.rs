@@ -44,7 +44,7 @@ pub(super) struct Step<W: Width> {
     /// Rates at the start.
     rates: [W::Vector; DRIVING],
     /// Magnitudes of these.
-    pub(super) sizes: [W::Vector; DRIVING],
+    pub(super) sizes: W::Quad,
     /// Energies \[J\].
     pub(super) energies: [W::Vector; ENERGIES],
     /// Control points of δ between its ends.
@@ -71,7 +71,10 @@ impl<W: Width> Step<W> {
             y[EPSILON_DOT],
             y[CURRENT],
         ];
-        let [end, mut to @ ..] = whole.end(w, &x, voltage_v);
+        let [states, others] = whole.sums(w, &x, voltage_v);
+        let [end, beta_dot, delta, epsilon_dot] = w.parts(states);
+        let [beta_rate, current, epsilon_rate, current_rate] = w.parts(others);
+        let mut to = [beta_dot, delta, epsilon_dot, current];
         if shared.has_stiction && kind.is_stuck() {
             // γ̇ = 0 to the last bit.
             match shared.axis.joint {
@@ -79,18 +82,15 @@ impl<W: Width> Step<W> {
                 None => to[0] = w.splat(0.0),
             }
         }
-        let [_, rates @ ..] = whole.rates(w, &x, voltage_v);
-        let sizes = rates.map(
-            #[inline(always)]
-            |rate| w.abs(rate),
-        );
+        let rates = [beta_rate, x[EPSILON_DOT], epsilon_rate, current_rate];
+        let sizes = w.quad_abs(w.with_part(others, 1, x[EPSILON_DOT]));
         let mut strays = [w.splat(0.0); STRAYS];
-        strays[0] = whole.gap_strays(w, &sizes);
+        strays[0] = whole.gap_strays(w, sizes);
         if shared.limits.is_some() {
-            strays[1] = whole.current_strays(w, &sizes);
+            strays[1] = whole.current_strays(w, sizes);
         }
         if shared.has_stiction {
-            strays[2] = whole.guide_strays(w, &sizes);
+            strays[2] = whole.guide_strays(w, sizes);
         }
         let [_, from @ ..] = x;
         Self {
@@ -115,7 +115,6 @@ impl<W: Width> Step<W> {
             (&mut self.beta[1..], &other.beta[1..]),
             (&mut self.to, &other.to),
             (&mut self.rates, &other.rates),
-            (&mut self.sizes, &other.sizes),
             (&mut self.energies, &other.energies),
             (&mut self.inner, &other.inner),
             (&mut self.strays, &other.strays),
@@ -124,6 +123,7 @@ impl<W: Width> Step<W> {
                 *all = w.select(lanes, *of_kind, *all);
             }
         }
+        self.sizes = w.quad_abs(w.quad(self.rates));
     }
 }
 
@@ -277,7 +277,7 @@ impl<W: Width> Group<W> {
         let before = self.distance_before(shared, step);
         let closed = w.greater(w.abs(w.load(&self.track.now().flank)), w.splat(0.5));
         let strays = &shared.phases[phase].chords[CARRIAGE];
-        let farthest = w.max(distance, before) + times_sizes_of(w, closed, strays, &step.sizes);
+        let farthest = w.max(distance, before) + times_sizes_of(w, closed, strays, step.sizes);
         w.bits(w.at_most(farthest, w.load(&self.band_m)))
     }
 
@@ -562,9 +562,8 @@ impl<W: Width> Group<W> {
         for (largest, end) in self.track.ends.iter_mut().zip(ends) {
             w.store(w.max(w.abs(*end), w.load(largest)), largest);
         }
-        for (largest, size) in self.track.rates.iter_mut().zip(&step.sizes) {
-            w.store(w.max(*size, w.load(largest)), largest);
-        }
+        let rates = w.quad_max(step.sizes, w.load_quad(&self.track.rates));
+        w.store_quad(rates, &mut self.track.rates);
         let largest_v = &mut self.track.voltage_v;
         w.store(w.max(w.abs(voltage_v), w.load(largest_v)), largest_v);
     }

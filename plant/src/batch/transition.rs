@@ -17,9 +17,6 @@ use crate::observe::extremes::{CARRIAGE, ENERGIES, FIGURES, POWER};
 /// States in lanes: β, β̇, δ, ε̇ and I.
 type States<W> = [<W as Width>::Vector; HELD];
 
-/// Numbers in lanes per β̇, δ, ε̇ and I.
-type Driving<W> = [<W as Width>::Vector; DRIVING];
-
 /// Starts of the lanes in the step.
 #[derive(Debug, Clone)]
 pub(super) struct TransitionStart<W: Width> {
@@ -67,8 +64,8 @@ impl<'a> KindOfStep<'a> {
 
     /// Bounds of how far the figures stray from their chords, by the magnitudes of the rates.
     #[inline(always)]
-    fn strays<W: Width>(&self, w: W, sizes: &Driving<W>) -> [W::Vector; FIGURES] {
-        let mut strays = [sizes[0]; FIGURES];
+    fn strays<W: Width>(&self, w: W, sizes: W::Quad) -> [W::Vector; FIGURES] {
+        let mut strays = [w.splat(0.0); FIGURES];
         for (stray, rows) in strays.iter_mut().zip(self.chords) {
             *stray = times_sizes(w, &rows[usize::from(self.table.closed)], sizes);
         }
@@ -110,7 +107,7 @@ impl<'a> KindOfStep<'a> {
         w: W,
         offset: W::Vector,
         [from, to]: [&States<W>; 2],
-        sizes: &Driving<W>,
+        sizes: W::Quad,
     ) -> u64 {
         let mut holds = (1 << W::LANES) - 1;
         let (two, step) = (w.splat(2.0), &self.table.step);
@@ -295,10 +292,13 @@ impl<W: Width> TransitionStart<W> {
         ];
         let behind_m = self.behind(w, first.axis, [&before, &after, &end], change_s / length_s);
         let [_, next_rates @ ..] = next_rate;
-        let sizes = [sizes(w, &rates), sizes(w, &next_rates)];
-        let strays = [first.strays(w, &sizes[0]), next.strays(w, &sizes[1])];
-        known &= first.others_hold(w, start_offset, [&y, &before], &sizes[0]);
-        known &= next.others_hold(w, end_offset, [&after, &end], &sizes[1]);
+        let sizes = [rates, next_rates].map(
+            #[inline(always)]
+            |rates| w.quad_abs(w.quad(rates)),
+        );
+        let strays = [first.strays(w, sizes[0]), next.strays(w, sizes[1])];
+        known &= first.others_hold(w, start_offset, [&y, &before], sizes[0]);
+        known &= next.others_hold(w, end_offset, [&after, &end], sizes[1]);
         let (bend, two) = (w.load(&self.bend_m) * w.splat(0.125), w.splat(2.0));
         let mut uppers = [[W::array(0.0); FIGURES]; 2];
         let mut carriage_strays_m = [W::array(0.0); 2];
@@ -404,15 +404,6 @@ impl<W: Width> TransitionStart<W> {
         }
         behind_m
     }
-}
-
-/// Magnitudes of the rates.
-#[inline(always)]
-fn sizes<W: Width>(w: W, rates: &Driving<W>) -> Driving<W> {
-    rates.map(
-        #[inline(always)]
-        |rate| w.abs(rate),
-    )
 }
 
 #[inline(always)]

@@ -20,7 +20,7 @@ use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON_DOT, State, Vector};
 use crate::numerics::seconds;
-use crate::numerics::width::{One, Width};
+use crate::numerics::width::{One, Single, Width};
 use crate::observe::extremes::Extremes;
 use crate::observe::{Interior, Span, Watch};
 
@@ -40,7 +40,8 @@ impl Automaton {
         }
         if let Drive::Held(voltage_v) = drive {
             if self.has_voltage_of_command() {
-                if !self.keeps_mode(tables, drive, *voltage_v, length_ns, watch) {
+                let w = Single(simd);
+                if !self.keeps_mode(w, tables, (drive, *voltage_v), length_ns, watch) {
                     self.advance_held(tables, drive, *voltage_v, length_ns, watch)?;
                 }
                 return Ok(());
@@ -67,9 +68,9 @@ impl Automaton {
     #[inline(always)]
     fn keeps_mode(
         &mut self,
+        w: impl Width<Vector = f64>,
         tables: &mut Tables,
-        drive: &Drive<'_>,
-        voltage_v: f64,
+        (drive, voltage_v): (&Drive<'_>, f64),
         length_ns: u64,
         watch: &mut impl Watch,
     ) -> bool {
@@ -80,30 +81,33 @@ impl Automaton {
         let offset_rad = self.axis.offset_rad(&self.mode);
         let start = held_state(&self.y, offset_rad);
         let x = start.into();
-        let end = Column::from(table.step.end(One, &x, voltage_v));
-        let [_, rates @ ..] = table.step.rates(One, &x, voltage_v);
-        let sizes = rates.map(f64::abs);
-        let deltas = [start[DELTA], end[DELTA]];
-        let speeds = [start[EPSILON_DOT], end[EPSILON_DOT]];
-        let [c, d] = table.step.inner_points(One, deltas, speeds);
-        let strays = || table.step.gap_strays(One, &sizes);
+        let [states, others] = table.step.sums(w, &x, voltage_v);
+        let sizes = w.quad_abs(w.with_part(others, 1, start[EPSILON_DOT]));
+        let [beta, beta_dot, delta, epsilon_dot] = w.parts(states);
+        let [beta_rate, current, epsilon_rate, current_rate] = w.parts(others);
+        let end = Column::<HELD>::new(beta, beta_dot, delta, epsilon_dot, current);
+        let deltas = [start[DELTA], delta];
+        let speeds = [start[EPSILON_DOT], epsilon_dot];
+        let [c, d] = table.step.inner_points(w, deltas, speeds);
+        let strays = || table.step.gap_strays(w, sizes);
         let joint_keeps = self.joint_keeps([deltas[0], c, d, deltas[1]], strays)
             && end.iter().all(|x| x.is_finite());
         let guide = self.mode.guide;
         let guide_keeps = guide == GuideMode::AsWritten || {
             let speed = |x: &Column<HELD>| guide.direction() * (x[BETA_DOT] - x[EPSILON_DOT]);
-            speed(&start).min(speed(&end)) > table.step.guide_strays(One, &sizes)
+            speed(&start).min(speed(&end)) > table.step.guide_strays(w, sizes)
         };
         let current_keeps = |[_, limit_a]: [f64; 2]| {
             let largest = start[CURRENT].abs().max(end[CURRENT].abs());
-            limit_a - largest > table.step.current_strays(One, &sizes)
+            limit_a - largest > table.step.current_strays(w, sizes)
         };
         let stage_keeps = || self.axis.stage.limits().is_none_or(current_keeps);
         if !(joint_keeps && guide_keeps && stage_keeps()) {
             return false;
         }
-        let [a, b, c, d] = rates;
-        let rate = Column::<HELD>::new(start[BETA_DOT], a, b, c, d);
+        let [beta_dot, epsilon_dot] = [start[BETA_DOT], start[EPSILON_DOT]];
+        let rate =
+            Column::<HELD>::new(beta_dot, beta_rate, epsilon_dot, epsilon_rate, current_rate);
         let piece = self.piece_with(table, voltage_v, [start, rate]);
         let y = piece.plant_vector(&end);
         let times_s = (seconds(self.time_ns), seconds(length_ns));

@@ -235,7 +235,7 @@ fn behind<const D: usize, const N: usize>(own: f64, f: &Column<D>, m: &Matrix<D>
 
 /// `|R·v|²`, in this order, and the first of `R·v`.
 #[inline(always)]
-pub(super) fn squared<W: Width, const N: usize>(
+fn squared<W: Width, const N: usize>(
     w: W,
     factor: &Matrix<N>,
     rate: &[W::Vector; N],

@@ -23,6 +23,11 @@ pub trait Width: Copy {
         + Div<Output = Self::Vector>;
     /// One truth value per lane.
     type Mask: Copy;
+    /// Four numbers per lane in registers, which have their operations in common: a vector
+    /// of their own where there is one lane.
+    type Quad: Copy + Add<Output = Self::Quad> + Mul<Output = Self::Quad>;
+    /// The same in memory.
+    type QuadArray: Copy + core::fmt::Debug;
 
     /// The same number in every lane of memory.
     fn array(value: f64) -> Self::Array;
@@ -56,9 +61,55 @@ pub trait Width: Copy {
     /// The smaller of the two, likewise.
     fn min(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
 
+    /// Four numbers of every lane.
+    fn quad(self, parts: [Self::Vector; 4]) -> Self::Quad;
+    /// Each of the four.
+    fn parts(self, quad: Self::Quad) -> [Self::Vector; 4];
+    /// `Σ_j column_j·v_j`, of an upper triangle: below the diagonal there are zeros.
+    fn upper_times<const N: usize>(
+        self,
+        columns: &[[f64; 4]; N],
+        vectors: &[Self::Vector; N],
+    ) -> Self::Quad;
+    /// Their magnitudes.
+    fn quad_abs(self, quad: Self::Quad) -> Self::Quad;
+    /// The larger of each two, as [`Width::max`].
+    fn quad_max(self, a: Self::Quad, b: Self::Quad) -> Self::Quad;
+    /// A number four times in every lane of memory.
+    fn quad_array(value: f64) -> Self::QuadArray;
+    /// From memory.
+    fn load_quad(self, array: &Self::QuadArray) -> Self::Quad;
+    /// To memory.
+    fn store_quad(self, quad: Self::Quad, array: &mut Self::QuadArray);
+
     /// Does something that is seldom done with the width's instructions, but not
     /// in the caller's code: what that keeps in registers stays there.
     fn apart<R>(self, work: impl FnOnce() -> R) -> R;
+
+    /// Four numbers, the same in every lane.
+    #[inline(always)]
+    fn numbers(self, [a, b, c, d]: &[f64; 4]) -> Self::Quad {
+        self.quad([
+            self.splat(*a),
+            self.splat(*b),
+            self.splat(*c),
+            self.splat(*d),
+        ])
+    }
+
+    /// Each of the numbers times what every lane has.
+    #[inline(always)]
+    fn multiples(self, numbers: &[f64; 4], vector: Self::Vector) -> Self::Quad {
+        self.numbers(numbers) * self.quad([vector; 4])
+    }
+
+    /// The same four but for one.
+    #[inline(always)]
+    fn with_part(self, quad: Self::Quad, place: usize, part: Self::Vector) -> Self::Quad {
+        let mut parts = self.parts(quad);
+        parts[place] = part;
+        self.quad(parts)
+    }
 
     /// A copy in memory.
     #[inline(always)]
@@ -80,10 +131,6 @@ pub trait Width: Copy {
         self.select(self.greater(b, a), a, b)
     }
 }
-
-/// One run in plain scalars.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct One;
 
 /// Numbers in memory, one per lane, on a boundary of their own.
 macro_rules! in_memory {
@@ -113,75 +160,223 @@ in_memory!(
     Alone, 16, 1
 );
 
-impl Width for One {
-    const LANES: usize = 1;
-    type Array = Alone;
-    type Vector = f64;
-    type Mask = bool;
+/// Four vectors.
+#[derive(Debug, Clone, Copy)]
+pub struct Each<V>([V; 4]);
+
+impl<V: Copy + Add<Output = V>> Add for Each<V> {
+    type Output = Self;
 
     #[inline(always)]
-    fn array(value: f64) -> Alone {
-        Alone([value])
+    fn add(self, Self([e, f, g, h]): Self) -> Self {
+        let Self([a, b, c, d]) = self;
+        Self([a + e, b + f, c + g, d + h])
     }
+}
+
+impl<V: Copy + Mul<Output = V>> Mul for Each<V> {
+    type Output = Self;
+
     #[inline(always)]
-    fn splat(self, value: f64) -> f64 {
-        value
+    fn mul(self, Self([e, f, g, h]): Self) -> Self {
+        let Self([a, b, c, d]) = self;
+        Self([a * e, b * f, c * g, d * h])
     }
-    #[inline(always)]
-    fn load(self, array: &Alone) -> f64 {
-        array.0[0]
-    }
-    #[inline(always)]
-    fn store(self, vector: f64, array: &mut Alone) {
-        array.0[0] = vector;
-    }
-    #[inline(always)]
-    fn floor(self, vector: f64) -> f64 {
-        vector.floor()
-    }
-    #[inline(always)]
-    fn abs(self, vector: f64) -> f64 {
-        vector.abs()
-    }
-    #[inline(always)]
-    fn greater(self, a: f64, b: f64) -> bool {
-        a > b
-    }
-    #[inline(always)]
-    fn at_most(self, a: f64, b: f64) -> bool {
-        a <= b
-    }
-    #[inline(always)]
-    fn select(self, mask: bool, a: f64, b: f64) -> f64 {
-        if mask { a } else { b }
-    }
-    #[inline(always)]
-    fn bits(self, mask: bool) -> u64 {
-        u64::from(mask)
-    }
-    #[inline(always)]
-    fn lanes(self, bits: u64) -> bool {
-        bits & 1 != 0
-    }
-    #[inline(always)]
-    fn both(self, a: bool, b: bool) -> bool {
-        a & b
-    }
-    #[inline(always)]
-    fn either(self, a: bool, b: bool) -> bool {
-        a | b
-    }
-    #[inline(always)]
-    fn max(self, a: f64, b: f64) -> f64 {
-        if a > b { a } else { b }
-    }
-    #[inline(always)]
-    fn min(self, a: f64, b: f64) -> f64 {
-        if b > a { a } else { b }
-    }
+}
+
+/// Four numbers of a lane as four vectors.
+macro_rules! quad_of_vectors {
+    () => {
+        type Quad = Each<Self::Vector>;
+        type QuadArray = [Self::Array; 4];
+
+        #[inline(always)]
+        fn quad(self, parts: [Self::Vector; 4]) -> Self::Quad {
+            Each(parts)
+        }
+        #[inline(always)]
+        fn parts(self, Each(parts): Self::Quad) -> [Self::Vector; 4] {
+            parts
+        }
+        #[inline(always)]
+        fn upper_times<const N: usize>(
+            self,
+            columns: &[[f64; 4]; N],
+            vectors: &[Self::Vector; N],
+        ) -> Self::Quad {
+            let mut sums = [self.splat(0.0); 4];
+            for (i, sum) in sums.iter_mut().enumerate() {
+                *sum = self.splat(columns[i][i]) * vectors[i];
+                for j in i + 1..N {
+                    *sum = *sum + self.splat(columns[j][i]) * vectors[j];
+                }
+            }
+            Each(sums)
+        }
+        #[inline(always)]
+        fn quad_abs(self, Each([a, b, c, d]): Self::Quad) -> Self::Quad {
+            Each([self.abs(a), self.abs(b), self.abs(c), self.abs(d)])
+        }
+        #[inline(always)]
+        fn quad_max(self, Each(a): Self::Quad, Each(b): Self::Quad) -> Self::Quad {
+            let max = |i: usize| Width::max(self, a[i], b[i]);
+            Each([max(0), max(1), max(2), max(3)])
+        }
+        #[inline(always)]
+        fn quad_array(value: f64) -> Self::QuadArray {
+            [Self::array(value); 4]
+        }
+        #[inline(always)]
+        fn load_quad(self, [a, b, c, d]: &Self::QuadArray) -> Self::Quad {
+            Each([self.load(a), self.load(b), self.load(c), self.load(d)])
+        }
+        #[inline(always)]
+        fn store_quad(self, Each(parts): Self::Quad, array: &mut Self::QuadArray) {
+            for (part, array) in parts.into_iter().zip(array) {
+                self.store(part, array);
+            }
+        }
+    };
+}
+
+/// What one run has in scalars.
+macro_rules! one_in_scalars {
+    () => {
+        const LANES: usize = 1;
+        type Array = Alone;
+        type Vector = f64;
+        type Mask = bool;
+
+        #[inline(always)]
+        fn array(value: f64) -> Alone {
+            Alone([value])
+        }
+        #[inline(always)]
+        fn splat(self, value: f64) -> f64 {
+            value
+        }
+        #[inline(always)]
+        fn load(self, array: &Alone) -> f64 {
+            array.0[0]
+        }
+        #[inline(always)]
+        fn store(self, vector: f64, array: &mut Alone) {
+            array.0[0] = vector;
+        }
+        #[inline(always)]
+        fn floor(self, vector: f64) -> f64 {
+            vector.floor()
+        }
+        #[inline(always)]
+        fn abs(self, vector: f64) -> f64 {
+            vector.abs()
+        }
+        #[inline(always)]
+        fn greater(self, a: f64, b: f64) -> bool {
+            a > b
+        }
+        #[inline(always)]
+        fn at_most(self, a: f64, b: f64) -> bool {
+            a <= b
+        }
+        #[inline(always)]
+        fn select(self, mask: bool, a: f64, b: f64) -> f64 {
+            if mask { a } else { b }
+        }
+        #[inline(always)]
+        fn bits(self, mask: bool) -> u64 {
+            u64::from(mask)
+        }
+        #[inline(always)]
+        fn lanes(self, bits: u64) -> bool {
+            bits & 1 != 0
+        }
+        #[inline(always)]
+        fn both(self, a: bool, b: bool) -> bool {
+            a & b
+        }
+        #[inline(always)]
+        fn either(self, a: bool, b: bool) -> bool {
+            a | b
+        }
+        #[inline(always)]
+        fn max(self, a: f64, b: f64) -> f64 {
+            if a > b { a } else { b }
+        }
+        #[inline(always)]
+        fn min(self, a: f64, b: f64) -> f64 {
+            if b > a { a } else { b }
+        }
+    };
+}
+
+/// One run in plain scalars.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct One;
+
+impl Width for One {
+    one_in_scalars!();
+    quad_of_vectors!();
+
     #[inline(never)]
     fn apart<R>(self, work: impl FnOnce() -> R) -> R {
         work()
+    }
+}
+
+/// One run, with the instructions that `S` stands for where it has four numbers in common.
+#[derive(Debug, Clone, Copy)]
+pub struct Single<S: Simd>(
+    /// The instruction set, as detected.
+    pub S,
+);
+
+impl<S: Simd> Width for Single<S> {
+    one_in_scalars!();
+
+    type Quad = f64x4<S>;
+    type QuadArray = Quartet;
+
+    #[inline(always)]
+    fn quad(self, parts: [f64; 4]) -> f64x4<S> {
+        f64x4::from_slice(self.0, &parts)
+    }
+    #[inline(always)]
+    fn parts(self, quad: f64x4<S>) -> [f64; 4] {
+        quad.into()
+    }
+    #[inline(always)]
+    fn upper_times<const N: usize>(self, columns: &[[f64; 4]; N], vectors: &[f64; N]) -> f64x4<S> {
+        let mut sum = self.multiples(&columns[0], vectors[0]);
+        for j in 1..N {
+            sum = sum + self.multiples(&columns[j], vectors[j]);
+        }
+        sum
+    }
+    #[inline(always)]
+    fn quad_abs(self, quad: f64x4<S>) -> f64x4<S> {
+        quad.abs()
+    }
+    #[inline(always)]
+    fn quad_max(self, a: f64x4<S>, b: f64x4<S>) -> f64x4<S> {
+        a.max(b)
+    }
+    #[inline(always)]
+    fn quad_array(value: f64) -> Quartet {
+        Quartet([value; 4])
+    }
+    #[inline(always)]
+    fn load_quad(self, array: &Quartet) -> f64x4<S> {
+        f64x4::from_slice(self.0, &array.0)
+    }
+    #[inline(always)]
+    fn store_quad(self, quad: f64x4<S>, array: &mut Quartet) {
+        quad.store_slice(&mut array.0);
+    }
+
+    #[inline(never)]
+    fn apart<R>(self, work: impl FnOnce() -> R) -> R {
+        self.0.vectorize(work)
     }
 }
 
@@ -206,6 +401,7 @@ macro_rules! side_by_side {
             type Array = $array;
             type Vector = $vector<S>;
             type Mask = $mask<S>;
+            quad_of_vectors!();
 
             #[inline(always)]
             fn array(value: f64) -> $array {

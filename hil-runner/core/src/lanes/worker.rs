@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use fearless_simd::{Level, Simd};
-use plant::{Eight, Four, One, Width, widest, with_four};
+use plant::{Eight, Four, Single, Width, widest};
 
 use super::alone::alone;
 use super::family::{AT_A_TIME, Commands, Family, OneByOne, Parcel, groups};
@@ -80,7 +80,7 @@ pub struct Runs {
     /// The last one used comes last.
     families: Vec<Box<dyn SideBySide>>,
     /// For cases that are alone in their family.
-    single: Option<Lanes<One>>,
+    single: Option<Box<dyn SideBySide>>,
     /// The commands that were asked for last.
     commands: Option<Arc<Commands>>,
     loops: Loops,
@@ -125,21 +125,19 @@ impl Runs {
             Err(why) => return self.alone(case, why),
         };
         let known = self.single.take();
-        let lanes = match known.filter(|lanes| lanes.family == family) {
+        let lanes = match known.filter(|lanes| *lanes.family() == family) {
             Some(fitting) => fitting,
-            None => match Lanes::new(One, family, &mut self.commands) {
+            None => match single(self.level, family, &mut self.commands) {
                 Ok(lanes) => lanes,
                 Err(_) => return self.alone(case, OneByOne::Stiff),
             },
         };
         let lanes = self.single.insert(lanes);
-        let loops = &mut self.loops;
         let mut figures = Some(Err(RunError::Lost));
-        with_four(
-            self.level,
-            #[inline(always)]
-            || lanes.run(std::iter::once(case), loops, |of_case| figures = of_case),
-        );
+        let cases = std::slice::from_ref(case);
+        lanes.run(cases, &[0], &mut self.loops, &mut |_, of_case| {
+            figures = of_case
+        });
         figures.unwrap_or_else(|| self.alone(case, OneByOne::Work))
     }
 
@@ -237,16 +235,32 @@ fn side_by_side(
     if let Level::Avx512(simd) = level {
         return Ok(Box::new(Lanes::new(Eight(simd), family, known)?));
     }
-    with_instructions!(level, simd => four(simd, family, known), none: Err(RunError::Lost))
+    with_instructions!(level, simd => lanes_of(Four(simd), family, known), none: Err(RunError::Lost))
 }
 
-#[inline(always)]
-fn four<S: Simd>(
-    simd: S,
+/// Lanes for runs one at a time.
+fn single(
+    level: Level,
     family: Family,
     known: &mut Option<Arc<Commands>>,
 ) -> Result<Box<dyn SideBySide>, RunError> {
-    Ok(Box::new(Lanes::new(Four(simd), family, known)?))
+    #[cfg(target_arch = "x86_64")]
+    if let Level::Avx512(simd) = level {
+        return Ok(Box::new(Lanes::new(Single(simd), family, known)?));
+    }
+    with_instructions!(level, simd => lanes_of(Single(simd), family, known), none: Err(RunError::Lost))
+}
+
+#[inline(always)]
+fn lanes_of<W: Width>(
+    width: W,
+    family: Family,
+    known: &mut Option<Arc<Commands>>,
+) -> Result<Box<dyn SideBySide>, RunError>
+where
+    Lanes<W>: SideBySide + 'static,
+{
+    Ok(Box::new(Lanes::new(width, family, known)?))
 }
 
 /// As [`SideBySide`], for a width with instructions of its own.
@@ -273,6 +287,7 @@ macro_rules! in_lanes {
     };
 }
 
+in_lanes!(Single);
 in_lanes!(Four);
 in_lanes!(Eight);
 
