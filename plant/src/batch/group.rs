@@ -125,8 +125,11 @@ pub(super) struct Group<W: Width> {
     pub(super) peak_abs_voltage_v: W::Array,
     /// Energies so far \[J\].
     pub(super) energies: [W::Array; ENERGIES],
-    /// End of the last step that ended outside the settling band \[s\]; −1 without one.
+    /// End of the last step that ended outside the settling band before one that did not
+    /// \[s\]; −1 without one.
     pub(super) last_outside: W::Array,
+    /// The lanes outside at the end of the last step.
+    pub(super) outside: u64,
     pub(super) travel_m: W::Array,
     pub(super) band_m: W::Array,
     /// `T²·sup|a_ref|` with the longest of the steps' lengths T \[m\].
@@ -151,6 +154,7 @@ impl<W: Width> Group<W> {
             peak_abs_voltage_v: zero,
             energies: [zero; ENERGIES],
             last_outside: zero,
+            outside: 0,
             travel_m: zero,
             band_m: zero,
             bend_m: zero,
@@ -168,7 +172,7 @@ impl<W: Width> Group<W> {
         self.questions.clear(shared.phases.len());
         self.peak_abs_voltage_v = zero;
         self.energies = [zero; ENERGIES];
-        self.last_outside = W::array(-1.0);
+        (self.last_outside, self.outside) = (W::array(-1.0), 0);
         for lane in 0..W::LANES {
             let setup = setups.get(lane).unwrap_or(last);
             let motion = &setup.extremes.motion;

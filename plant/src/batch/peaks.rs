@@ -35,6 +35,7 @@ impl<W: Width> Group<W> {
         self.change_block(shared);
         self.change_block(shared);
         self.answer_all(shared);
+        self.follow_outside(shared, 0);
         self.look_at_entries(shared);
     }
 

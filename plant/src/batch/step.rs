@@ -1,7 +1,7 @@
 //! The step that all lanes of a group take, and which of them leave it.
 
-use super::group::{Group, Shared};
-use super::phase::{Kind, times_sizes_of};
+use super::group::{Group, PLACES, Shared};
+use super::phase::{Kind, Phase, times_sizes_of};
 use super::questions::PastStep;
 use crate::exact::{DRIVING, HELD, Quantity, WholeStep};
 use crate::model::axis::Axis;
@@ -215,7 +215,9 @@ impl<'a, W: Width> InStep<'a, W> {
         }
         let (group, shared) = (&mut *self.group, &mut *self.shared);
         let all = (1_u64 << W::LANES) - 1;
-        let Some(step) = group.begin(shared, phase, &self.y, voltage_v) else {
+        let of_phase = &shared.phases[phase];
+        let length_ns = of_phase.length_ns;
+        let Some(step) = group.begin(shared, of_phase, &self.y, voltage_v) else {
             return false;
         };
         let keeps = group.keeps(shared, &step);
@@ -240,8 +242,8 @@ impl<'a, W: Width> InStep<'a, W> {
             && (w.bits(outside) == all
                 || w.bits(outside) | group.stays_inside(shared, phase, (&step, distance)) == all);
         if plain {
-            group.note_outside(shared.phases[phase].length_s, outside);
-            group.take(shared, (phase, 0), (&step, &ends), command_m, voltage_v);
+            group.follow_outside(shared, w.bits(outside));
+            group.take((phase, length_ns), 0, (&step, &ends), command_m, voltage_v);
             return false;
         }
         let (number, leaving) = (self.number, &mut *self.leaving);
@@ -291,13 +293,28 @@ impl<W: Width> Group<W> {
         w.abs(w.load(&self.travel_m) - carriage)
     }
 
-    /// Notes the step that begins now as the last one that ends outside the settling band.
+    /// Follows which lanes end a step outside the settling band; the step that begins now ends
+    /// so in those of `outside`.
     #[inline(always)]
-    fn note_outside(&mut self, length_s: f64, outside: W::Mask) {
+    pub(super) fn follow_outside(&mut self, shared: &Shared, outside: u64) {
+        let entered = core::mem::replace(&mut self.outside, outside) & !outside;
+        if entered != 0 {
+            self.note_outside(shared, entered);
+        }
+    }
+
+    /// Notes the end of the step before as the last one outside.
+    #[cold]
+    #[inline(never)]
+    fn note_outside(&mut self, shared: &Shared, lanes: u64) {
+        let before = &self.track.slots[self.track.now.wrapping_sub(1) % PLACES];
         // The end as spans sum it up.
-        let (w, end_s) = (self.width, seconds(self.track.now().time_ns) + length_s);
-        let last = w.select(outside, w.splat(end_s), w.load(&self.last_outside));
-        w.store(last, &mut self.last_outside);
+        let end_s = seconds(before.time_ns) + shared.phases[before.phase].length_s;
+        for (lane, last_s) in self.last_outside.as_mut().iter_mut().enumerate() {
+            if lanes >> lane & 1 != 0 {
+                *last_s = end_s;
+            }
+        }
     }
 
     /// Takes a step that a lane may leave, or in which it may have left the settling
@@ -330,11 +347,11 @@ impl<W: Width> Group<W> {
             self.leave((number, phase), moved, given, leaving);
         }
         self.count_limits(shared, phase, !(moved | counted) & all, voltage_v);
-        let outside = self.width.lanes(outside);
-        self.note_outside(shared.phases[phase].length_s, outside);
+        self.follow_outside(shared, outside);
         let (peaks, energies) = (self.track.ends, self.energies);
         let largest_v = self.track.voltage_v;
-        self.take(shared, (phase, moved), (step, ends), command, voltage_v);
+        let length_ns = shared.phases[phase].length_ns;
+        self.take((phase, length_ns), moved, (step, ends), command, voltage_v);
         for left in &leaving[first..] {
             let lane = left.lane;
             if shared.limits.is_some() {
@@ -381,11 +398,11 @@ impl<W: Width> Group<W> {
     fn begin(
         &self,
         shared: &Shared,
-        phase: usize,
+        phase: &Phase,
         y: &[W::Vector; HELD],
         voltage_v: W::Vector,
     ) -> Option<Step<W>> {
-        let (w, phase) = (self.width, &shared.phases[phase]);
+        let w = self.width;
         let start = (y, w.load(&self.mode.offset_rad));
         let (first, others) = self.kinds.first_and_others();
         let whole = &phase.of(first)?.step;
@@ -540,8 +557,8 @@ impl<W: Width> Group<W> {
     #[inline(always)]
     fn take(
         &mut self,
-        shared: &Shared,
-        (phase, moved): (usize, u64),
+        (phase, length_ns): (usize, u64),
+        moved: u64,
         (step, ends): (&Step<W>, &[W::Vector; FIGURES]),
         command_m: W::Vector,
         voltage_v: W::Vector,
@@ -550,7 +567,6 @@ impl<W: Width> Group<W> {
         for (sum, energy) in self.energies.iter_mut().zip(step.energies) {
             w.store(w.load(sum) + energy, sum);
         }
-        let length_ns = shared.phases[phase].length_ns;
         let slot = self.track.step(w, (phase, length_ns), voltage_v, moved);
         w.store(step.beta[1], &mut slot.state[0]);
         w.store(step.to[0], &mut slot.state[1]);

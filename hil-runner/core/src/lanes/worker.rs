@@ -244,10 +244,6 @@ fn single(
     family: Family,
     known: &mut Option<Arc<Commands>>,
 ) -> Result<Box<dyn SideBySide>, RunError> {
-    #[cfg(target_arch = "x86_64")]
-    if let Level::Avx512(simd) = level {
-        return Ok(Box::new(Lanes::new(Single(simd), family, known)?));
-    }
     with_instructions!(level, simd => lanes_of(Single(simd), family, known), none: Err(RunError::Lost))
 }
 
