@@ -72,9 +72,8 @@ pub fn widest() -> Level {
 }
 
 /// Does something of a single run with the instructions for four numbers, where a level has
-/// them; `simd` names them. The rows of a step are quicker so than with two, and `floor` is
-/// one of them. Wider ones gathered what lies apart while a step was computed row by row,
-/// which took longer than it saved, and have not been tried since.
+/// them; `simd` names them. The sums of a step are quicker so than with two, and `floor` is
+/// one of them. Wider ones have not made it quicker.
 macro_rules! in_fours {
     ($level:expr, $simd:ident => $work:expr) => {{
         #[cfg(target_arch = "x86_64")]

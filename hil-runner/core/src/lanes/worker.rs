@@ -79,8 +79,6 @@ pub struct Runs {
     level: Level,
     /// The last one used comes last.
     families: Vec<Box<dyn SideBySide>>,
-    /// For cases that are alone in their family.
-    single: Option<Box<dyn SideBySide>>,
     /// The commands that were asked for last.
     commands: Option<Arc<Commands>>,
     loops: Loops,
@@ -107,7 +105,6 @@ impl Runs {
         Self {
             level,
             families: Vec::new(),
-            single: None,
             commands: None,
             loops: Loops::default(),
             one_by_one: BTreeMap::new(),
@@ -124,20 +121,12 @@ impl Runs {
             Ok(family) => family,
             Err(why) => return self.alone(case, why),
         };
-        let known = self.single.take();
-        let lanes = match known.filter(|lanes| *lanes.family() == family) {
-            Some(fitting) => fitting,
-            None => match single(self.level, family, &mut self.commands) {
-                Ok(lanes) => lanes,
-                Err(_) => return self.alone(case, OneByOne::Stiff),
-            },
+        let Ok((lanes, loops)) = self.prepared(&family, true) else {
+            return self.alone(case, OneByOne::Stiff);
         };
-        let lanes = self.single.insert(lanes);
         let mut figures = Some(Err(RunError::Lost));
         let cases = std::slice::from_ref(case);
-        lanes.run(cases, &[0], &mut self.loops, &mut |_, of_case| {
-            figures = of_case
-        });
+        lanes.run(cases, &[0], loops, &mut |_, of_case| figures = of_case);
         figures.unwrap_or_else(|| self.alone(case, OneByOne::Work))
     }
 
@@ -174,7 +163,7 @@ impl Runs {
     ) {
         for places in parcel.places.chunks(Self::AT_A_TIME) {
             let prepared = match &parcel.family {
-                Ok(family) if places.len() > MOST_ALONE => self.prepared(family).ok(),
+                Ok(family) if places.len() > MOST_ALONE => self.prepared(family, false).ok(),
                 _ => None,
             };
             if let Some((lanes, loops)) = prepared {
@@ -194,13 +183,18 @@ impl Runs {
         }
     }
 
-    /// The lanes for a family, those at hand if there are such, and the loops.
-    fn prepared(&mut self, family: &Family) -> Result<(&mut dyn SideBySide, &mut Loops), RunError> {
+    /// The lanes for a family, or the one for runs one at a time: those at hand if there are
+    /// such. And the loops.
+    fn prepared(
+        &mut self,
+        family: &Family,
+        alone: bool,
+    ) -> Result<(&mut dyn SideBySide, &mut Loops), RunError> {
         let mut known = self.families.iter();
-        let known = known.position(|lanes| lanes.family() == family);
+        let known = known.position(|lanes| (lanes.family(), lanes.is_alone()) == (family, alone));
         let lanes = match known {
             Some(place) => self.families.remove(place),
-            None => side_by_side(self.level, family.clone(), &mut self.commands)?,
+            None => side_by_side(self.level, alone, family.clone(), &mut self.commands)?,
         };
         if self.families.len() >= MOST_FAMILIES {
             self.families.remove(0);
@@ -214,6 +208,8 @@ impl Runs {
 /// The runs of a family with one kind of instructions.
 trait SideBySide: std::fmt::Debug + Send {
     fn family(&self) -> &Family;
+    /// True of one lane.
+    fn is_alone(&self) -> bool;
     /// Runs some of the cases, no more than [`Runs::AT_A_TIME`].
     fn run(
         &mut self,
@@ -224,39 +220,33 @@ trait SideBySide: std::fmt::Debug + Send {
     );
 }
 
-/// Lanes with given instructions, as many as a vector holds: a narrower one
-/// would need more steps, of a wider one too few halves fit in the registers.
+/// One lane, or as many as a vector holds: a narrower one would need more steps, of a wider one
+/// too few halves fit in the registers. One lane has its numbers in fours; wider instructions
+/// have not made it quicker.
 fn side_by_side(
     level: Level,
+    alone: bool,
     family: Family,
     known: &mut Option<Arc<Commands>>,
 ) -> Result<Box<dyn SideBySide>, RunError> {
     #[cfg(target_arch = "x86_64")]
-    if let Level::Avx512(simd) = level {
+    if let (Level::Avx512(simd), false) = (level, alone) {
         return Ok(Box::new(Lanes::new(Eight(simd), family, known)?));
     }
-    with_instructions!(level, simd => lanes_of(Four(simd), family, known), none: Err(RunError::Lost))
-}
-
-/// Lanes for runs one at a time.
-fn single(
-    level: Level,
-    family: Family,
-    known: &mut Option<Arc<Commands>>,
-) -> Result<Box<dyn SideBySide>, RunError> {
-    with_instructions!(level, simd => lanes_of(Single(simd), family, known), none: Err(RunError::Lost))
+    with_instructions!(level, simd => four(simd, alone, family, known), none: Err(RunError::Lost))
 }
 
 #[inline(always)]
-fn lanes_of<W: Width>(
-    width: W,
+fn four<S: Simd>(
+    simd: S,
+    alone: bool,
     family: Family,
     known: &mut Option<Arc<Commands>>,
-) -> Result<Box<dyn SideBySide>, RunError>
-where
-    Lanes<W>: SideBySide + 'static,
-{
-    Ok(Box::new(Lanes::new(width, family, known)?))
+) -> Result<Box<dyn SideBySide>, RunError> {
+    Ok(match alone {
+        true => Box::new(Lanes::new(Single(simd), family, known)?),
+        false => Box::new(Lanes::new(Four(simd), family, known)?),
+    })
 }
 
 /// As [`SideBySide`], for a width with instructions of its own.
@@ -265,6 +255,10 @@ macro_rules! in_lanes {
         impl<S: Simd> SideBySide for Lanes<$width<S>> {
             fn family(&self) -> &Family {
                 &self.family
+            }
+
+            fn is_alone(&self) -> bool {
+                $width::<S>::LANES == 1
             }
 
             fn run(
