@@ -40,13 +40,9 @@ const SHAPES: [&str; 7] = [
 /// Points closer than this have small marks \[px\].
 const MARK_ROOM: f64 = 9.0;
 
-pub(super) fn plots(
-    lines: &Lines,
-    table: &Table,
-    chosen: &mut Chosen,
-) -> Result<Vec<Plot>, PictureError> {
-    let Chosen { rows, left_out, .. } = &mut *chosen;
-    let data = Data::of(lines, table, rows)?;
+pub(super) fn plots(lines: &Lines, chosen: &mut Chosen<'_>) -> Result<Vec<Plot>, PictureError> {
+    let (rows, left_out) = (&chosen.rows, &mut chosen.left_out);
+    let data = Data::of(lines, chosen.table, rows)?;
     let x = data.x_axis(lines)?;
     let names = Names::of(lines, &data);
     let mut plots = Vec::new();
@@ -63,7 +59,7 @@ pub(super) fn plots(
             place: at,
             has_legend: plots.iter().all(|plot: &Plot| plot.marks.is_empty()),
         };
-        drawing.x.has_words = at == last;
+        drawing.x.is_bare = at != last;
         let base = drawing.fill(lines, left_out)?;
         let mut plot = drawing.plot;
         if at == 0 {
