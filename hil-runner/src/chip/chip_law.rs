@@ -9,9 +9,7 @@ use firmware_link::request::MOST_WORDS;
 use firmware_link::{Events, Identity, Request, SourceKind, Step, plan, settings as wire};
 use hil_core::case::{Case, Law};
 use hil_core::chip_cost::{ChipReport, ExecutionFigures};
-use hil_core::controllers::{
-    Arrivals, FROM_REST, Reported, Setup, Source, World, compensated, papers_law,
-};
+use hil_core::controllers::{Arrivals, FROM_REST, Reported, Setup, Source, World, compensated};
 use hil_core::error::RunError;
 use hil_core::message::{Command, Link, LinkError, Measurement};
 use hil_core::quantise::{FixedPointGains, QuantiseError};
@@ -68,10 +66,9 @@ impl RemoteAxis {
         let shown = arrivals.shown;
         let inputs = Inputs {
             tick,
-            motor_register: if shown.bus_fails {
-                0
-            } else {
-                shown.motor_register
+            motor_register: match shown.bus_fails {
+                true => 0,
+                false => shown.motor_register,
             },
             load_register: shown.load_register,
             emergency_stop: shown.emergency_stop,
@@ -198,76 +195,51 @@ impl<'c> ChipLaw<'c> {
         refuse_other_laws(case)?;
         let dac = Dac::with_bits(case.dac.bits).map_err(QuantiseError::Refused)?;
         client.begin_session()?;
-        let (axis, source, gains) = if case.options.is_off() {
-            let (source, gains) = give_paper(client, case, period_ns)?;
-            (None, source, gains)
-        } else {
-            let (axis, source, gains) = give_axis(client, case, period_ns)?;
-            (Some(Box::new(axis)), source, gains)
+        let setup = Setup::of(case, period_ns)?;
+        let scaled = setup.law()?;
+        // The paper's law is an axis with everything off.
+        let is_paper = case.options.is_off();
+        let axis = match is_paper {
+            true => {
+                let output = Output::unlimited(scaled.law.dac(), Quantiser::Nearest);
+                Axis::new(scaled.law, output)
+            }
+            false => compensated(&setup, scaled.law)?,
+        };
+        give_settings(client, &axis)?;
+        let (kind, source) = give_source(client, setup.source(&scaled.law))?;
+        let mut events = Events::default();
+        let mut reported = Reported::new(State::Disabled);
+        for event in FROM_REST {
+            reported.asked(event);
+            events.insert(event);
+        }
+        client.begin(kind, events)?;
+        let axis = match is_paper {
+            true => None,
+            false => Some(Box::new(RemoteAxis {
+                world: World::new(&case.options, period_ns),
+                reported,
+                axis,
+                next_law: setup.next_law()?,
+            })),
         };
         let meter = Meter::new(client.identity(), in_qemu, case.target);
         Ok(Self {
             client,
             axis,
             source,
-            gains,
+            gains: scaled.fixed_point(),
             dac,
             meter,
         })
     }
 }
 
-/// Gives the chip the paper's law of a case: an axis with everything off, started
-/// at once.
-fn give_paper(
-    client: &mut Client,
-    case: &Case,
-    period_ns: u64,
-) -> Result<(Option<Source>, FixedPointGains), RunError> {
-    let scaled = papers_law(case, period_ns)?;
-    let output = Output::unlimited(scaled.law.dac(), Quantiser::Nearest);
-    give_settings(client, &Axis::new(scaled.law, output))?;
-    let setup = Setup::of(case, period_ns)?;
-    let (kind, source) = give_source(client, setup.source(&scaled.law))?;
-    let mut events = Events::default();
-    for event in FROM_REST {
-        events.insert(event);
-    }
-    client.begin(kind, events)?;
-    Ok((source, scaled.fixed_point()))
-}
-
 /// Gives the chip the settings of an axis.
 pub(super) fn give_settings(client: &mut Client, axis: &Axis) -> Result<(), ChipError> {
     let payload = wire::write(&Settings::of(axis)).ok_or_else(too_long)?;
     client.take(&Request::Settings(&payload))
-}
-
-/// Gives the chip the axis of a case; the host keeps its own part.
-fn give_axis(
-    client: &mut Client,
-    case: &Case,
-    period_ns: u64,
-) -> Result<(RemoteAxis, Option<Source>, FixedPointGains), RunError> {
-    let setup = Setup::of(case, period_ns)?;
-    let scaled = setup.law()?;
-    let axis = compensated(&setup, scaled.law)?;
-    give_settings(client, &axis)?;
-    let (kind, source) = give_source(client, setup.source(&scaled.law))?;
-    let mut events = Events::default();
-    let mut reported = Reported::new(State::Disabled);
-    for event in FROM_REST {
-        reported.asked(event);
-        events.insert(event);
-    }
-    client.begin(kind, events)?;
-    let remote = RemoteAxis {
-        world: World::new(&case.options, period_ns),
-        reported,
-        axis,
-        next_law: setup.next_law()?,
-    };
-    Ok((remote, source, scaled.fixed_point()))
 }
 
 /// Puts the setpoints into the chip's memory, and what comes with the samples back: a queue,

@@ -77,15 +77,7 @@ impl Client {
             session: 0,
             number: 0,
             last_tick: u64::MAX,
-            identity: Identity {
-                version: 0,
-                target: [0; 8],
-                image_crc: 0,
-                flash_bytes: 0,
-                ram_bytes: 0,
-                table_capacity: 0,
-                timer_hz: 0,
-            },
+            identity: Identity::default(),
             configuration: 0,
             noticed: Noticed::default(),
         };
@@ -241,10 +233,9 @@ impl Client {
                 }
             }
             if start.elapsed() > give_up {
-                return Err(ChipError(format!(
-                    "the controller has not answered for {} s",
-                    give_up.as_secs()
-                )));
+                let limit_s = give_up.as_secs();
+                let words = format!("the controller has not answered for {limit_s} s");
+                return Err(ChipError(words));
             }
             if again {
                 self.noticed.repeated += 1;
@@ -261,11 +252,9 @@ fn next_session(last: u16) -> u16 {
     let clock = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     let nanoseconds = clock.map_or(0, |since| since.subsec_nanos());
     let [a, b, c, d] = nanoseconds.to_le_bytes();
-    let drawn = u16::from_le_bytes([a ^ c, b ^ d]);
-    if drawn == last || drawn == 0 {
-        last.wrapping_add(1).max(1)
-    } else {
-        drawn
+    match u16::from_le_bytes([a ^ c, b ^ d]) {
+        drawn if drawn == last || drawn == 0 => last.wrapping_add(1).max(1),
+        drawn => drawn,
     }
 }
 

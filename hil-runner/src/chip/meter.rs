@@ -40,14 +40,11 @@ impl Meter {
             .into_iter()
             .find(|(target, _)| identity.target.starts_with(target.name().as_bytes()));
         let clock_hz = settings.clock_hz.or(common.map(|(_, clock_hz)| clock_hz));
+        let clock_hz = clock_hz.filter(|_| in_qemu);
         Self {
             timer_hz: identity.timer_hz.max(1),
             counts_instructions: in_qemu,
-            clock_hz: if in_qemu {
-                clock_hz.unwrap_or(u64::from(identity.timer_hz))
-            } else {
-                u64::from(identity.timer_hz)
-            },
+            clock_hz: clock_hz.unwrap_or(u64::from(identity.timer_hz)),
             cycles_per_instruction: settings.cycles_per_instruction,
         }
     }
@@ -59,21 +56,18 @@ impl Meter {
 
     /// The time that `ticks` stand for.
     pub fn time(&self, ticks: u32) -> ExecutionTime {
-        if !self.counts_instructions {
-            return ExecutionTime {
-                instructions: None,
-                cycles: u64::from(ticks),
-                time_ns: rounded_up(u64::from(ticks), self.clock_hz),
-            };
-        }
         // instructions = round(ticks/f/128 ns)
         let unit = u128::from(self.timer_hz) * u128::from(NS_PER_INSTRUCTION);
         let instructions = (u128::from(ticks) * 2_000_000_000 + unit) / (2 * unit);
         // Below 2^32·10^9/128; what does not fit is no sample's time.
         let instructions = u32::try_from(instructions).unwrap_or(u32::MAX);
-        let (cycles, time_ns) = self.of_instructions(instructions);
+        let instructions = self.counts_instructions.then_some(instructions);
+        // The cycles of a board.
+        let cycles = u64::from(ticks);
+        let counted = (cycles, rounded_up(cycles, self.clock_hz));
+        let (cycles, time_ns) = instructions.map_or(counted, |n| self.of_instructions(n));
         ExecutionTime {
-            instructions: Some(instructions),
+            instructions,
             cycles,
             time_ns,
         }

@@ -32,58 +32,22 @@ use crate::image::on_path;
 /// time with and without, 2026-11.
 const COUNTED: &str = "shift=7,sleep=off,align=off";
 
-/// QEMU's program for a target, and Debian's package that has it.
-const fn program(target: Target) -> (&'static str, &'static str) {
-    match target {
-        Target::M4 | Target::M0 | Target::M3 => ("qemu-system-arm", "qemu-system-arm"),
-        Target::Rv32 => ("qemu-system-riscv32", "qemu-system-misc"),
-    }
-}
-
-/// The board that has the processor.
-const fn machine(target: Target) -> &'static str {
-    match target {
-        Target::M4 => "mps2-an386",
-        Target::M0 => "microbit",
-        Target::M3 => "mps2-an385",
-        Target::Rv32 => "virt",
-    }
-}
-
 /// The path of QEMU for `target`.
 ///
 /// # Errors
 /// [`ChipError`] if it is not on the search path.
 pub fn find(target: Target) -> Result<PathBuf, ChipError> {
-    let (program, package) = program(target);
+    // Debian's package has another name than the program where it has several.
+    let (program, package) = match target {
+        Target::M4 | Target::M0 | Target::M3 => ("qemu-system-arm", "qemu-system-arm"),
+        Target::Rv32 => ("qemu-system-riscv32", "qemu-system-misc"),
+    };
     on_path(program).ok_or_else(|| {
         ChipError(format!(
             "{program} is missing; install it, for example with \
              `apt-get install --no-install-recommends {package}`"
         ))
     })
-}
-
-/// The arguments that QEMU is started with.
-fn arguments(target: Target, transport: Transport, image: &Path) -> Vec<OsString> {
-    let serial = match transport {
-        Transport::Fifo => "none",
-        Transport::Uart => "pty",
-    };
-    let mut arguments: Vec<OsString> = ["-machine", machine(target)]
-        .into_iter()
-        .chain(["-display", "none", "-monitor", "none", "-nodefaults"])
-        .chain(["-serial", serial, "-icount", COUNTED])
-        .chain(["-semihosting-config", "enable=on,target=native"])
-        .map(OsString::from)
-        .collect();
-    if target == Target::Rv32 {
-        // Its board would start a boot loader first.
-        arguments.extend(["-bios", "none"].map(OsString::from));
-    }
-    arguments.push("-kernel".into());
-    arguments.push(image.into());
-    arguments
 }
 
 /// Starts QEMU with `image`.
@@ -116,11 +80,28 @@ fn start_with(
     image: &Path,
     more: Vec<OsString>,
 ) -> Result<Guarded, ChipError> {
-    let program = find(target)?;
+    let serial = match transport {
+        Transport::Fifo => "none",
+        Transport::Uart => "pty",
+    };
+    // Its board would start a boot loader first.
+    let bios: &[&str] = match target {
+        Target::Rv32 => &["-bios", "none"],
+        _ => &[],
+    };
     // QEMU runs in a folder of its own.
     let image = std::path::absolute(image).unwrap_or_else(|_| image.to_path_buf());
-    let arguments = arguments(target, transport, &image).into_iter().chain(more);
-    Guarded::start("QEMU", &program, arguments)
+    let arguments = ["-machine", target.machine(), "-display", "none"]
+        .into_iter()
+        .chain(["-monitor", "none", "-nodefaults", "-serial", serial])
+        .chain(["-icount", COUNTED])
+        .chain(["-semihosting-config", "enable=on,target=native"])
+        .chain(bios.iter().copied())
+        .chain(["-kernel"])
+        .map(OsString::from)
+        .chain([image.into()])
+        .chain(more);
+    Guarded::start("QEMU", &find(target)?, arguments)
 }
 
 /// Between two tries to open a FIFO that nobody reads yet, and two looks at what
@@ -173,12 +154,9 @@ impl FifoLine {
     pub fn open(mut process: Guarded, limit: Duration) -> Result<Self, ChipError> {
         let flags = OFlags::NONBLOCK | OFlags::CLOEXEC;
         // Without NONBLOCK either would wait for the other end without limit.
-        let from_chip = open(
-            process.folder().join("from-chip"),
-            flags | OFlags::RDONLY,
-            Mode::empty(),
-        )
-        .map_err(|error| not_started(process.name(), &format!("from-chip: {error}")))?;
+        let path = process.folder().join("from-chip");
+        let from_chip = open(path, flags | OFlags::RDONLY, Mode::empty())
+            .map_err(|error| not_started(process.name(), &format!("from-chip: {error}")))?;
         let path = process.folder().join("to-chip");
         let to_chip = wait_for(&mut process, limit, |process| {
             match open(&path, flags | OFlags::WRONLY, Mode::empty()) {
@@ -200,10 +178,8 @@ impl FifoLine {
     }
 
     fn failed(&self, error: Errno) -> ChipError {
-        ChipError(format!(
-            "the line to {} fails: {error}",
-            self.process.name()
-        ))
+        let name = self.process.name();
+        ChipError(format!("the line to {name} fails: {error}"))
     }
 }
 
@@ -224,11 +200,7 @@ impl Line for FifoLine {
         let timeout = Timespec::try_from(timeout).ok();
         let mut ends = [PollFd::new(&self.from_chip, PollFlags::IN)];
         let flags = match poll(&mut ends, timeout.as_ref()) {
-            Ok(0) => PollFlags::empty(),
-            Ok(_) => {
-                let [end] = &ends;
-                end.revents()
-            }
+            Ok(_) => ends[0].revents(),
             Err(Errno::INTR) => return Ok(0),
             Err(error) => return Err(self.failed(error)),
         };

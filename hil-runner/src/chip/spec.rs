@@ -21,14 +21,19 @@ impl Target {
     /// Every target.
     pub const ALL: [Self; 4] = [Self::M4, Self::M0, Self::M3, Self::Rv32];
 
+    /// Its own name, the compiler's, and that of QEMU's board with it.
+    const fn names(self) -> [&'static str; 3] {
+        match self {
+            Self::M4 => ["m4", "thumbv7em-none-eabihf", "mps2-an386"],
+            Self::M0 => ["m0", "thumbv6m-none-eabi", "microbit"],
+            Self::M3 => ["m3", "thumbv7m-none-eabi", "mps2-an385"],
+            Self::Rv32 => ["rv32", "riscv32imac-unknown-none-elf", "virt"],
+        }
+    }
+
     /// Its name on the command line, in summaries and of its image.
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::M4 => "m4",
-            Self::M0 => "m0",
-            Self::M3 => "m3",
-            Self::Rv32 => "rv32",
-        }
+        self.names()[0]
     }
 
     /// The target of that name.
@@ -38,12 +43,12 @@ impl Target {
 
     /// The compiler's name for it.
     pub const fn triple(self) -> &'static str {
-        match self {
-            Self::M4 => "thumbv7em-none-eabihf",
-            Self::M0 => "thumbv6m-none-eabi",
-            Self::M3 => "thumbv7m-none-eabi",
-            Self::Rv32 => "riscv32imac-unknown-none-elf",
-        }
+        self.names()[1]
+    }
+
+    /// The board that has it in QEMU.
+    pub(super) const fn machine(self) -> &'static str {
+        self.names()[2]
     }
 }
 

@@ -12,6 +12,7 @@ use wasmi::{Engine, Instance, Linker, Memory, Module, Store, WasmParams};
 use super::line::{ChipError, Line};
 
 /// An image that has been started.
+#[derive(Debug)]
 pub struct Page {
     store: Store<()>,
     instance: Instance,
@@ -63,17 +64,10 @@ impl Page {
     }
 
     fn call(&mut self, function: &str, given: impl WasmParams) -> Result<usize, ChipError> {
-        let function = self
-            .instance
-            .get_typed_func::<_, u32>(&self.store, function);
+        let instance = self.instance;
+        let function = instance.get_typed_func::<_, u32>(&self.store, function);
         let result = function.map_err(failed)?.call(&mut self.store, given);
         usize::try_from(result.map_err(failed)?).map_err(failed)
-    }
-}
-
-impl fmt::Debug for Page {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Page").finish_non_exhaustive()
     }
 }
 

@@ -93,21 +93,17 @@ impl Builder {
     fn found(&self, recipe: &Recipe, file: &str) -> Result<(PathBuf, bool), ImageError> {
         let path = self.built(recipe).join(file);
         let has_sources = self.project.join(&recipe.own_source).is_file();
-        match (has_sources, path.is_file()) {
-            (false, false) => Err(ImageError(format!(
+        if !has_sources && !path.is_file() {
+            return Err(ImageError(format!(
                 "there is no {} and no sources in {} to build it from; {}",
                 recipe.what,
                 self.project.display(),
                 recipe.elsewhere
-            ))),
-            // A program that is used without its sources.
-            (false, true) => Ok((path, false)),
-            (true, false) => Ok((path, true)),
-            (true, true) => {
-                let is_stale = self.is_stale(recipe, &path);
-                Ok((path, is_stale))
-            }
+            )));
         }
+        // A program that is used without its sources is as it is.
+        let is_stale = has_sources && self.is_stale(recipe, &path);
+        Ok((path, is_stale))
     }
 
     fn workspace(&self, recipe: &Recipe) -> PathBuf {
@@ -301,14 +297,11 @@ impl Contents {
 
     /// One file a line: the checksum in 16 hexadecimal digits, its name.
     fn write(&self, path: &Path) -> io::Result<()> {
-        let lines = self
-            .0
-            .iter()
-            .map(|(name, sum)| format!("{sum:016x} {name}\n"));
+        let line = |(name, sum): (&String, &u64)| format!("{sum:016x} {name}\n");
         let folder = path.parent().unwrap_or(path);
         // In one piece: two builders write the same.
         let file = NamedTempFile::new_in(folder)?;
-        fs::write(file.path(), lines.collect::<String>())?;
+        fs::write(file.path(), self.0.iter().map(line).collect::<String>())?;
         file.persist(path)?;
         Ok(())
     }

@@ -52,9 +52,7 @@ impl<'r> Toolchain<'r> {
             None
         } else {
             let other = compilers.iter().find_map(own);
-            let linker = other
-                .or_else(|| on_path("ld.lld"))
-                .or_else(|| on_path("lld"));
+            let linker = other.or_else(|| ["ld.lld", "lld"].into_iter().find_map(on_path));
             Some(linker.ok_or_else(|| {
                 ImageError(format!(
                     "no linker here links for {triple}; install one, for example with \

@@ -24,7 +24,7 @@ pub use page::tally::{Best, RungTally, Spread as FigureSpread, Tally};
 pub use page::{
     FigureTable, StudyPageError, best_table, enough_pass, figure_rows, render, unstable_words,
 };
-pub use plan::axis::{Axis, AxisValue, Range, Scale, Spread};
+pub use plan::axis::{Axis, AxisValue, Range, Scale, Setting, Spread};
 pub use plan::points::{Constraint, MOST_SOBOL_AXES, Plan, PlanKind, Position};
 pub use plan::{Changes, LoopGain, Point, Study, Theory};
 pub use read::file::StudyFileError;

@@ -43,18 +43,6 @@ pub struct Instructions {
     pub first: Option<u32>,
 }
 
-impl Instructions {
-    /// Its parts, those too that it does not have.
-    const fn named(self) -> [(&'static str, Option<u32>); 4] {
-        [
-            ("max", Some(self.max)),
-            ("p99", self.p99),
-            ("median", Some(self.median)),
-            ("first", self.first),
-        ]
-    }
-}
-
 /// Instructions may differ by this share \[%\] or by this many, whichever is
 /// more.
 const INSTRUCTIONS: Tolerance = Tolerance {
@@ -133,9 +121,8 @@ impl Judgement {
     pub fn difference(&self) -> Option<Difference> {
         let (measured, tolerance) = self.measured?.parts();
         let (golden, _) = self.golden?.parts();
-        let names = |parts: &[(&'static str, u32)]| parts.iter().map(|(part, _)| *part).collect();
-        let (ours, theirs): (Vec<_>, Vec<_>) = (names(&measured), names(&golden));
-        if ours != theirs {
+        let name = |(part, _): &(&'static str, u32)| *part;
+        if !measured.iter().map(name).eq(golden.iter().map(name)) {
             return None;
         }
         let parts = measured.into_iter().zip(golden);
@@ -152,8 +139,7 @@ impl Judgement {
 
     /// True if it is within the tolerance.
     pub fn pass(&self) -> bool {
-        self.difference()
-            .is_some_and(|difference| difference.within)
+        matches!(self.difference(), Some(difference) if difference.within)
     }
 }
 
@@ -183,11 +169,15 @@ impl Amount {
         match self {
             Self::Bytes(bytes) => (vec![("bytes", bytes)], BYTES),
             Self::Instructions(count) => {
-                let named = |(part, count): (_, Option<u32>)| count.map(|count| (part, count));
-                (
-                    count.named().into_iter().filter_map(named).collect(),
-                    INSTRUCTIONS,
-                )
+                let parts = [
+                    ("max", Some(count.max)),
+                    ("p99", count.p99),
+                    ("median", Some(count.median)),
+                    ("first", count.first),
+                ];
+                let there = parts.into_iter();
+                let there = there.filter_map(|(part, count)| Some((part, count?)));
+                (there.collect(), INSTRUCTIONS)
             }
         }
     }
@@ -214,11 +204,10 @@ pub fn text(target: Target, figures: &[Figure]) -> String {
     for Figure { name, amount } in figures {
         // A string takes whatever is written to it.
         let _ = match amount {
-            Amount::Instructions(count) => {
-                let said = count.named().into_iter();
-                let said = said.filter_map(|(part, count)| Some(format!("{part} = {}", count?)));
-                let said = said.collect::<Vec<_>>().join(", ");
-                writeln!(instructions, "{name:?} = {{ {said} }}")
+            Amount::Instructions(_) => {
+                let parts = amount.parts().0.into_iter();
+                let said: Vec<String> = parts.map(|(part, n)| format!("{part} = {n}")).collect();
+                writeln!(instructions, "{name:?} = {{ {} }}", said.join(", "))
             }
             Amount::Bytes(count) => writeln!(bytes, "{name:?} = {count}"),
         };

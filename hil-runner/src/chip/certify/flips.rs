@@ -156,8 +156,7 @@ impl<'a> Campaign<'a> {
         for run in 0..3 {
             let trial = campaign.trial(&campaign.image)?;
             if let Some(Outcome::Found { sentence, .. }) = trial.found {
-                let sentence = format!("the image as it is: {sentence}");
-                return Err(ChipError(sentence));
+                return Err(ChipError(format!("the image as it is: {sentence}")));
             }
             campaign.identity = Some(trial.identity);
             campaign.repeated = campaign.repeated.min(trial.repeated);
@@ -232,8 +231,7 @@ impl<'a> Campaign<'a> {
         let mut process = start_logged(self.target, &path, &log)?;
         process.one_cpu = Some(one_cpu);
         let mut trial = Trial::default();
-        let opened = FifoLine::open(process, GIVE_UP);
-        match opened.and_then(|line| Client::greet(Box::new(line))) {
+        match FifoLine::open(process, GIVE_UP).and_then(|line| Client::greet(Box::new(line))) {
             Err(error) => trial.found = found(Place::Start, Err(error.0)),
             Ok(mut client) => {
                 trial.identity = *client.identity();
@@ -369,11 +367,10 @@ fn executed(log: &str) -> Executed {
                 _ => text.push(word),
             }
         }
-        let (symbol, text) = (symbol.clone(), text.join(" "));
         let instruction = Instruction {
-            symbol,
+            symbol: symbol.clone(),
             bytes,
-            text,
+            text: text.join(" "),
         };
         Some((address, instruction))
     };

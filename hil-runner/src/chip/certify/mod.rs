@@ -177,11 +177,8 @@ pub type Named = (&'static str, Number);
 impl Step {
     /// A step of the firmware, whose counts and codes are whole numbers; how
     /// long it took is left out.
-    pub fn new(measurement: Measurement, command: Command) -> Self {
-        let command = Command {
-            execution: None,
-            ..command
-        };
+    pub fn new(measurement: Measurement, mut command: Command) -> Self {
+        command.execution = None;
         Self {
             measurement,
             command,
@@ -192,12 +189,10 @@ impl Step {
     /// the controller answers, what the axis reports, and the fault that is
     /// latched and the first of the run, 8 numbers each.
     pub fn numbers(&self) -> Vec<Named> {
-        let Self {
-            measurement,
-            command,
-        } = self;
+        let (measurement, command) = (&self.measurement, &self.command);
         let axis = command.axis.as_ref();
         let steps = |steps: Steps| Number::Whole(steps.whole());
+        let state = axis.map_or(Number::None, |axis| Number::Name(axis.state.name()));
         let of_axis = |number: fn(&AxisStatus) -> u32| Number::of(axis.map(number).map(i64::from));
         let mut numbers = vec![
             ("sample", Number::Whole(command.tick.cast_signed())),
@@ -206,65 +201,47 @@ impl Step {
             ("code", steps(command.dac_code)),
             ("error", steps(command.error_counts)),
             ("out of range", Number::flag(command.out_of_range)),
-            (
-                "state",
-                axis.map_or(Number::None, |axis| Number::Name(axis.state.name())),
-            ),
+            ("state", state),
             ("faults", of_axis(|axis| axis.faults)),
             ("refused requests", of_axis(|axis| axis.refused_requests)),
             ("peak error", of_axis(|axis| axis.peak_error_counts)),
         ];
-        let latched = fault_numbers(axis.and_then(|axis| axis.fault));
-        let first = fault_numbers(axis.and_then(|axis| axis.first_fault));
-        numbers.extend(FAULT.into_iter().zip(latched));
-        numbers.extend(FIRST_FAULT.into_iter().zip(first));
+        numbers.extend(fault_numbers(axis.and_then(|axis| axis.fault), LATCHED));
+        numbers.extend(fault_numbers(axis.and_then(|axis| axis.first_fault), FIRST));
         numbers
     }
 }
 
-/// Names of the numbers of a fault.
-const FAULT: [&str; 8] = [
-    "fault",
-    "sample of the fault",
-    "setpoint at the fault",
-    "position at the fault",
-    "error at the fault",
-    "code at the fault",
-    "measured at the fault",
-    "limit of the fault",
+/// Names of the numbers of the fault that is latched, and of the first of the run.
+const FAULT: [[&str; 2]; 8] = [
+    ["fault", "first fault"],
+    ["sample of the fault", "sample of the first fault"],
+    ["setpoint at the fault", "setpoint at the first fault"],
+    ["position at the fault", "position at the first fault"],
+    ["error at the fault", "error at the first fault"],
+    ["code at the fault", "code at the first fault"],
+    ["measured at the fault", "measured at the first fault"],
+    ["limit of the fault", "limit of the first fault"],
 ];
+const LATCHED: usize = 0;
+const FIRST: usize = 1;
 
-const FIRST_FAULT: [&str; 8] = [
-    "first fault",
-    "sample of the first fault",
-    "setpoint at the first fault",
-    "position at the first fault",
-    "error at the first fault",
-    "code at the first fault",
-    "measured at the first fault",
-    "limit of the first fault",
-];
-
-/// The numbers of a fault.
-fn fault_numbers(fault: Option<Fault>) -> [Number; 8] {
-    let Some(Fault {
-        cause,
-        tick,
-        values,
-    }) = fault
-    else {
-        return [Number::None; 8];
-    };
-    [
-        Number::Name(cause.name()),
-        Number::Whole(tick.cast_signed()),
-        Number::Whole(values.setpoint.into()),
-        Number::Whole(values.position.into()),
-        Number::Whole(values.error.into()),
-        Number::Whole(values.code.into()),
-        Number::Whole(values.measured),
-        Number::Whole(values.limit),
-    ]
+/// The numbers of a fault, by the names of that column.
+fn fault_numbers(fault: Option<Fault>, column: usize) -> impl Iterator<Item = Named> {
+    let numbers = fault.map_or([Number::None; 8], |fault| {
+        let values = fault.values;
+        [
+            Number::Name(fault.cause.name()),
+            Number::Whole(fault.tick.cast_signed()),
+            Number::Whole(values.setpoint.into()),
+            Number::Whole(values.position.into()),
+            Number::Whole(values.error.into()),
+            Number::Whole(values.code.into()),
+            Number::Whole(values.measured),
+            Number::Whole(values.limit),
+        ]
+    });
+    FAULT.map(|names| names[column]).into_iter().zip(numbers)
 }
 
 impl Number {
@@ -380,8 +357,11 @@ impl fmt::Display for Difference {
         write!(f, "differs at {}: ", self.place)?;
         for (place, NumberPair { name, chip, wanted }) in self.numbers.iter().enumerate() {
             let separator = if place == 0 { "" } else { "; " };
-            let other = self.other;
-            write!(f, "{separator}{name} {chip} on the chip, {wanted} {other}")?;
+            write!(
+                f,
+                "{separator}{name} {chip} on the chip, {wanted} {}",
+                self.other
+            )?;
         }
         Ok(())
     }

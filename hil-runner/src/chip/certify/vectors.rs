@@ -6,7 +6,7 @@ use firmware::Axis;
 use firmware_link::vectors::{ALL, File, Mismatch, Row, What, rows};
 use firmware_link::{Events, SourceKind, Step, Stepped};
 
-use super::{Comparison, Difference, FAULT, Named, Number, NumberPair, fault_numbers};
+use super::{Comparison, Difference, LATCHED, Named, Number, NumberPair, fault_numbers};
 use crate::chip::chip_law::give_settings;
 use crate::chip::client::Client;
 use crate::chip::line::ChipError;
@@ -53,7 +53,7 @@ pub fn replay(
         let stepped = step(client, &mut axis, &row, events)
             .map_err(|error| ChipError(format!("at line {line} of {name}: {error}")))?;
         replayed.compared += 1;
-        let numbers = NumberPair::differing(gave(&stepped), wanted(&row));
+        let numbers = NumberPair::differing(numbers(&stepped), numbers(&wanted(&row)));
         if !numbers.is_empty() {
             replayed.difference = Some(Difference {
                 at: line as u64,
@@ -102,48 +102,32 @@ fn step(
     })
 }
 
-/// Names of the numbers of a row, less those of its fault.
-const ROW: [&str; 6] = [
-    "code",
-    "error",
-    "out of range",
-    "state",
-    "power",
-    "refused requests",
-];
-
-fn gave(stepped: &Stepped) -> Vec<Named> {
-    let refused = stepped.refused.iter().count();
-    named(
-        [
-            Number::Whole(stepped.code.into()),
-            Number::Whole(stepped.error_counts.into()),
-            Number::flag(stepped.out_of_range),
-            Number::Name(stepped.state.name()),
-            Number::flag(stepped.power),
-            Number::of(i64::try_from(refused).ok()),
-        ],
-        fault_numbers(stepped.fault),
-    )
-}
-
-fn wanted(row: &Row<'_>) -> Vec<Named> {
+/// The answer that a row asks for: its file has every request as one that the state
+/// allows.
+fn wanted(row: &Row<'_>) -> Stepped {
     let output = row.wanted.output;
-    named(
-        [
-            Number::Whole(output.code.into()),
-            Number::Whole(output.error_counts.into()),
-            Number::flag(output.out_of_range),
-            Number::Name(output.state.name()),
-            Number::flag(output.power),
-            // Every request of a file is one that the state allows.
-            Number::Whole(0),
-        ],
-        fault_numbers(row.wanted.fault),
-    )
+    Stepped {
+        code: output.code,
+        error_counts: output.error_counts,
+        state: output.state,
+        power: output.power,
+        out_of_range: output.out_of_range,
+        fault: row.wanted.fault,
+        ..Stepped::default()
+    }
 }
 
-fn named(row: [Number; 6], fault: [Number; 8]) -> Vec<Named> {
-    let row = ROW.into_iter().zip(row);
-    row.chain(FAULT.into_iter().zip(fault)).collect()
+/// All numbers of an answer that are compared.
+fn numbers(stepped: &Stepped) -> Vec<Named> {
+    let refused = stepped.refused.iter().count();
+    let mut numbers = vec![
+        ("code", Number::Whole(stepped.code.into())),
+        ("error", Number::Whole(stepped.error_counts.into())),
+        ("out of range", Number::flag(stepped.out_of_range)),
+        ("state", Number::Name(stepped.state.name())),
+        ("power", Number::flag(stepped.power)),
+        ("refused requests", Number::of(i64::try_from(refused).ok())),
+    ];
+    numbers.extend(fault_numbers(stepped.fault, LATCHED));
+    numbers
 }

@@ -68,13 +68,9 @@ impl Answered {
         };
         let (json, count) = length(0).zip(length(4)).ok_or_else(cut)?;
         let text = bytes.get(8..8 + json).ok_or_else(cut)?;
-        let values = bytes
-            .get((8 + json).next_multiple_of(8)..)
-            .ok_or_else(cut)?;
-        let values: Vec<u64> = values
-            .chunks_exact(8)
-            .filter_map(|eight| Some(u64::from_le_bytes(eight.try_into().ok()?)))
-            .collect();
+        let values = bytes.get((8 + json).next_multiple_of(8)..);
+        let (values, _) = values.ok_or_else(cut)?.as_chunks::<8>();
+        let values: Vec<u64> = values.iter().copied().map(u64::from_le_bytes).collect();
         if values.len() != count {
             return Err(cut());
         }
@@ -90,19 +86,15 @@ impl Answered {
 
     /// What differs in the other one, in words.
     fn first_difference(&self, other: &Self) -> Option<String> {
-        let keys = self.json.keys().chain(other.json.keys());
-        for key in keys {
+        for key in self.json.keys().chain(other.json.keys()) {
             let [one, two] = [&self.json, &other.json].map(|json| json.get(key));
             if one != two {
                 let (one, two) = narrowed(one?, two?);
                 return Some(format!("{key}: {two}, {one} here,"));
             }
         }
-        let at = self
-            .values
-            .iter()
-            .zip(&other.values)
-            .position(|(one, two)| one != two)?;
+        let mut pairs = self.values.iter().zip(&other.values);
+        let at = pairs.position(|(one, two)| one != two)?;
         let columns = self.json.get("columns").and_then(Value::as_object)?;
         let (name, row) = columns.iter().find_map(|(name, place)| {
             let first = usize::try_from(place.get(0)?.as_u64()?).ok()?;

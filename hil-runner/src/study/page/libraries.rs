@@ -13,11 +13,8 @@ const LICENSES: [&str; 2] = [
 /// copy. The interpreter is a module; here its names are those of the library.
 pub(super) fn libraries() -> String {
     let lines = INTERPRETER.lines();
-    let own = lines.filter(|line| {
-        !["import ", "export ", "//# "]
-            .iter()
-            .any(|start| line.starts_with(start))
-    });
+    let others = ["import ", "export ", "//# "];
+    let own = lines.filter(|line| !others.iter().any(|start| line.starts_with(start)));
     let interpreter = own.collect::<Vec<_>>().join("\n");
     format!(
         "/*!\n{}\n*/\n{VEGA}\n{VEGA_LITE}\n(() => {{\nconst {{ ascending, isString, DisallowedObjectProperties }} = vega;\n\

@@ -83,13 +83,10 @@ pub fn render(
     let mut warnings = warnings(tally);
     warnings.extend(study.warnings());
     let (mut pictures, mut specifications) = (Vec::new(), Vec::new());
-    for Specified {
-        picture,
-        specification,
-    } in specified
-    {
+    for one in specified {
+        let picture = &one.picture;
         let (file, title) = (&picture.file, &picture.title);
-        match specification {
+        match &one.specification {
             Ok(specification) => {
                 pictures.push(context! { file, title, caption => picture.caption.as_deref().unwrap_or_default() });
                 specifications.push(json!({"file": file, "specification": specification}));

@@ -40,12 +40,9 @@ impl PictureRows {
     /// Nothing added yet, for rows with these columns.
     pub(super) fn new(study: &Study, columns: &[Column]) -> Self {
         let needed = |name: &str| {
-            let needs = |picture: &Picture| picture.columns().contains(&name);
             let by_all = matches!(name, "pass" | "status");
-            study
-                .pictures
-                .iter()
-                .any(|picture| by_all || needs(picture))
+            let needs = |picture: &Picture| by_all || picture.columns().contains(&name);
+            study.pictures.iter().any(needs)
         };
         let places = (0..columns.len()).filter(|&place| needed(&columns[place].name));
         let places: Vec<usize> = places.collect();

@@ -64,9 +64,12 @@ impl AxisKeys {
     }
 }
 
+/// Smallest and largest of some values.
+pub(super) type Span = (f64, f64);
+
 /// An axis; values go in in the column's unit, and the specification has those of
 /// the shown unit.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Axis {
     /// Words and shown unit.
     pub(super) title: String,
@@ -81,8 +84,8 @@ pub(super) struct Axis {
     ticks: Option<Vec<f64>>,
     /// Numbers between whole ones would mean nothing.
     is_whole: bool,
-    /// Has its title and numbers: they stand below the last of several plots only.
-    pub(super) has_words: bool,
+    /// Lacks its title and numbers: they stand below the last of several plots only.
+    pub(super) is_bare: bool,
 }
 
 impl Axis {
@@ -90,7 +93,7 @@ impl Axis {
     pub(super) fn new(
         keys: &AxisKeys,
         label: &Label,
-        extent: Option<(f64, f64)>,
+        extent: Option<Span>,
         margin: Margin,
     ) -> Result<Self, PictureError> {
         let unit = label.unit();
@@ -100,8 +103,9 @@ impl Axis {
         let extent = range.or(extent).unwrap_or(usual);
         let words = keys.words(label);
         if words.chars().count() > MOST_LETTERS {
-            let sentence = "the words beside the plot leave no room for it";
-            return Err(PictureError::new(sentence));
+            return Err(PictureError::new(
+                "the words beside the plot leave no room for it",
+            ));
         }
         let (shift, unit) = match &keys.unit {
             Some(symbol) => unit.asked(&words, symbol)?,
@@ -120,11 +124,9 @@ impl Axis {
             title: Label { words, unit }.title(),
             ends,
             log,
-            names: None,
             shift,
             ticks: log.then(|| log_ticks(ends)),
-            is_whole: false,
-            has_words: true,
+            ..Self::default()
         })
     }
 
@@ -134,12 +136,9 @@ impl Axis {
         Self {
             title,
             ends: (-0.5, count - 0.5),
-            log: false,
             ticks: Some((0..names.len()).map(|at| at as f64).collect()),
             names: Some(names),
-            shift: 0,
-            is_whole: false,
-            has_words: true,
+            ..Self::default()
         }
     }
 
@@ -171,10 +170,9 @@ impl Axis {
     fn digits(&self) -> usize {
         let (low, high) = self.ends;
         let size = low.abs().max(high.abs());
-        let lost = if self.log {
-            0
-        } else {
-            decade_below(size) - decade_below(high - low)
+        let lost = match self.log {
+            true => 0,
+            false => decade_below(size) - decade_below(high - low),
         };
         (DIGITS as i32 + lost).clamp(DIGITS as i32, 17) as usize
     }
@@ -183,11 +181,7 @@ impl Axis {
     pub(super) fn holds(&self, value: f64) -> bool {
         let (low, high) = self.ends;
         // Rounding alone must not throw out an end.
-        let slack = if self.log {
-            1e-9 * low
-        } else {
-            1e-9 * (high - low)
-        };
+        let slack = 1e-9 * if self.log { low } else { high - low };
         (low - slack..=high + slack).contains(&self.shown(value))
     }
 
@@ -214,10 +208,10 @@ impl Axis {
             axis["grid"] = json!(false);
             axis["labelExpr"] = json!(format!("{}[datum.value]", json!(names)));
         }
-        if !self.has_words {
+        if self.is_bare {
             axis["labels"] = json!(false);
         }
-        let title = self.has_words.then_some(&self.title);
+        let title = (!self.is_bare).then_some(&self.title);
         json!({
             "field": field, "type": "quantitative", "title": title, "axis": axis,
             "scale": {"type": kind, "domain": [low, high], "nice": false},
@@ -287,12 +281,10 @@ const FREE: f64 = 0.04;
 fn linear(low: f64, high: f64, margin: Margin) -> (f64, f64) {
     let size = low.abs().max(high.abs());
     // One value, or values that differ by rounding alone.
-    let (low, high) = if high - low > 1e-12 * size {
-        (low, high)
-    } else if size == 0.0 {
-        return (0.0, 1.0);
-    } else {
-        (low - 0.1 * size, high + 0.1 * size)
+    let (low, high) = match size {
+        _ if high - low > 1e-12 * size => (low, high),
+        0.0 => return (0.0, 1.0),
+        _ => (low - 0.1 * size, high + 0.1 * size),
     };
     let free = FREE * (high - low);
     match margin {
@@ -308,10 +300,9 @@ fn linear(low: f64, high: f64, margin: Margin) -> (f64, f64) {
 /// Ends of a logarithmic axis for data above 0.
 fn logarithmic(low: f64, high: f64, margin: Margin) -> (f64, f64) {
     let span = libm::log10(high / low);
-    let (low, high, span) = if span > 1e-9 {
-        (low, high, span)
-    } else {
-        (low / 3.0, high * 3.0, 1.0)
+    let (low, high, span) = match span {
+        span if span > 1e-9 => (low, high, span),
+        _ => (low / 3.0, high * 3.0, 1.0),
     };
     let free = match margin {
         Margin::None => 1.0,
@@ -321,9 +312,7 @@ fn logarithmic(low: f64, high: f64, margin: Margin) -> (f64, f64) {
 }
 
 /// Smallest and largest of some numbers.
-pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
-    values.into_iter().fold(None, |found, value| match found {
-        None => Some((value, value)),
-        Some((low, high)) => Some((f64::min(low, value), f64::max(high, value))),
-    })
+pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<Span> {
+    let ends = values.into_iter().map(|value| (value, value));
+    ends.reduce(|(low, high), (value, _)| (f64::min(low, value), f64::max(high, value)))
 }

@@ -3,6 +3,7 @@
 
 use serde_json::{Value, json};
 
+use super::PictureError;
 use super::axis::{Axis, Margin, Spacing, extent};
 use super::colour::{INK, SERIES, series};
 use super::group::{Different, Spread};
@@ -11,7 +12,6 @@ use super::note::Chosen;
 use super::reference::{add_limits, legend_of_lines, limit_sign, limits, with_limits};
 use super::sheet::{Plot, WIDTH, brush, choice, fading, of_marks, of_some_marks};
 use super::spec::Bars;
-use super::{PictureError, Table};
 use hil_core::number;
 
 /// Height of a bar \[px\].
@@ -30,8 +30,8 @@ struct Data {
 }
 
 impl Data {
-    fn of(bars: &Bars, table: &Table, chosen: &mut Chosen) -> Result<Self, PictureError> {
-        let Chosen { rows, left_out, .. } = chosen;
+    fn of(bars: &Bars, chosen: &mut Chosen<'_>) -> Result<Self, PictureError> {
+        let (table, rows, left_out) = (chosen.table, &chosen.rows, &mut chosen.left_out);
         let categories = Different::of(table.column(&bars.category)?, rows)?;
         let series = bars.series.as_ref();
         let series = series.map(|name| Different::series(table.column(name)?, rows));
@@ -70,8 +70,8 @@ impl Data {
     }
 }
 
-pub(super) fn plot(bars: &Bars, table: &Table, chosen: &mut Chosen) -> Result<Plot, PictureError> {
-    let data = Data::of(bars, table, chosen)?;
+pub(super) fn plot(bars: &Bars, chosen: &mut Chosen<'_>) -> Result<Plot, PictureError> {
+    let data = Data::of(bars, chosen)?;
     let label = Label::of(&bars.y);
     let log = bars.y_axis.spacing == Spacing::Log;
     let span = extent(data.spreads().flat_map(|bar| [bar.low, bar.high]));
@@ -114,12 +114,8 @@ fn with_room((low, high): (f64, f64), log: bool) -> (f64, f64) {
 
 /// The bars, each with its number in words; one without a run has a dash.
 fn marks(data: &Data, axis: &Axis) -> Vec<Value> {
-    let (low, high) = axis.ends;
-    let start = if axis.log {
-        low
-    } else {
-        0.0_f64.clamp(low, high)
-    };
+    // On a logarithmic axis its lower end.
+    let start = 0.0_f64.clamp(axis.ends.0, axis.ends.1);
     let count = data.series.as_ref().map_or(1, Different::len);
     let mark = |(at, bar): (usize, &Option<Spread>)| {
         let category = &data.categories.names[at / count];
@@ -135,11 +131,7 @@ fn marks(data: &Data, axis: &Axis) -> Vec<Value> {
         let [median, low, high] = [bar.median, bar.low, bar.high].map(|value| axis.shown(value));
         let is_left = median < 0.0;
         // A bar beyond a given end has its number there.
-        let end = if is_left {
-            low.min(median)
-        } else {
-            high.max(median)
-        };
+        let end = if is_left { low } else { high };
         mark["rows"] = json!(bar.rows);
         (mark["x"], mark["low"], mark["high"]) = (json!(median), json!(low), json!(high));
         mark["end"] = json!(end.clamp(axis.ends.0, axis.ends.1));
@@ -200,12 +192,11 @@ fn add_layers(plot: &mut Plot, bars: &Bars, data: &Data, axis: &Axis) {
                 .push(of_some_marks("datum.high > datum.low", mark, encoding));
         }
     }
-    for (is_left, align, dx) in [(false, "left", 5), (true, "right", -5)] {
+    for (only, align, dx) in [("!datum.left", "left", 5), ("datum.left", "right", -5)] {
         let mut encoding = channels("end");
         encoding["text"] = json!({"field": "words"});
         let mark =
             json!({"type": "text", "align": align, "dx": dx, "fontSize": 11.5, "color": INK});
-        let only = if is_left { "datum.left" } else { "!datum.left" };
         plot.layers.push(of_some_marks(only, mark, encoding));
     }
 }

@@ -4,7 +4,7 @@ use crate::study::picture::axis::{AxisKeys, Spacing};
 use crate::study::picture::group::{Different, Spread};
 use crate::study::picture::note::{Chosen, LeftOut};
 use crate::study::picture::table::{Column, is_made};
-use crate::study::picture::{Map, PictureError, Table};
+use crate::study::picture::{Map, PictureError};
 
 /// One direction of the grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,17 +57,14 @@ impl Side {
         rows: &[usize],
         left_out: &mut LeftOut,
     ) -> Result<Self, PictureError> {
-        let Different {
-            mut of_row,
-            names,
-            numbers,
-        } = Different::of(column, rows)?;
-        let Some(mut values) = numbers else {
-            let count = names.len();
+        let different = Different::of(column, rows)?;
+        let mut of_row = different.of_row;
+        let Some(mut values) = different.numbers else {
+            let count = different.names.len();
             return Ok(Self {
                 values: (0..count).map(|at| at as f64).collect(),
                 edges: (0..=count).map(|at| at as f64 - 0.5).collect(),
-                names: Some(names),
+                names: Some(different.names),
                 of_row,
             });
         };
@@ -124,8 +121,8 @@ fn edges(values: &[f64], log: bool) -> Vec<f64> {
 
 impl Grid {
     /// Sorts the rows into cells.
-    pub(super) fn of(map: &Map, table: &Table, chosen: &mut Chosen) -> Result<Self, PictureError> {
-        let Chosen { rows, left_out, .. } = chosen;
+    pub(super) fn of(map: &Map, chosen: &mut Chosen<'_>) -> Result<Self, PictureError> {
+        let (table, rows, left_out) = (chosen.table, &chosen.rows, &mut chosen.left_out);
         let x = Side::of(table.column(&map.x)?, &map.x_axis, rows, left_out)?;
         let y = Side::of(table.column(&map.y)?, &map.y_axis, rows, left_out)?;
         let (across, up) = (x.values.len(), y.values.len());
@@ -174,10 +171,7 @@ impl Grid {
             let z = value.filter(|&z| !log || z > 0.0);
             let why = || match value {
                 Some(_) => NOT_ABOVE_0.to_owned(),
-                None => {
-                    let told = rows.iter().find_map(word);
-                    told.unwrap_or(NO_VALUE).to_owned()
-                }
+                None => rows.iter().find_map(word).unwrap_or(NO_VALUE).to_owned(),
             };
             let fails = |row: &usize| pass.and_then(|pass| pass.verdict(*row)) == Some(false);
             Cell {
@@ -192,11 +186,9 @@ impl Grid {
         Ok(Self { x, y, cells })
     }
 
-    /// The cell at a place.
+    /// The cell at a place of the grid.
     pub(super) fn cell(&self, i: usize, j: usize) -> Option<&Cell> {
-        let inside = i < self.x.values.len();
-        let at = j * self.x.values.len() + i;
-        self.cells.get(at).filter(|_| inside)
+        self.cells.get(j * self.x.values.len() + i)
     }
 
     /// The places of the cells, row by row.

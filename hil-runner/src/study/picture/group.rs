@@ -88,6 +88,12 @@ impl Different {
         Ok(series)
     }
 
+    /// The value of a row where the values are numbers, else its place among them.
+    pub(super) fn value(&self, row: usize) -> Option<f64> {
+        let at = self.of_row[row]?;
+        Some(self.numbers.as_ref().map_or(at as f64, |of| of[at]))
+    }
+
     /// Number of different values.
     pub(super) fn len(&self) -> usize {
         self.names.len()

@@ -2,6 +2,7 @@
 
 use serde_json::json;
 
+use super::PictureError;
 use super::axis::{Axis, Margin, Spacing, extent, measure, measured};
 use super::colour::{FAIL, PASS};
 use super::label::Label;
@@ -10,20 +11,15 @@ use super::reference::{add_limits, legend_of_lines, limit_sign, limits, with_lim
 use super::sheet::{Plot, brush, choice, fading, of_marks};
 use super::spec::Histogram;
 use super::unit::{decade_below, power_of_ten};
-use super::{PictureError, Table};
 
 /// Height of the plot \[px\].
 const HEIGHT: f64 = 360.0;
 /// Intervals that are still to be told apart.
 const MOST_BINS: f64 = 80.0;
 
-pub(super) fn plot(
-    histogram: &Histogram,
-    table: &Table,
-    chosen: &mut Chosen,
-) -> Result<Plot, PictureError> {
-    let Chosen { rows, left_out, .. } = chosen;
-    let all = table.column(&histogram.x)?.numbers()?;
+pub(super) fn plot(histogram: &Histogram, chosen: &mut Chosen<'_>) -> Result<Plot, PictureError> {
+    let (rows, left_out) = (&chosen.rows, &mut chosen.left_out);
+    let all = chosen.table.column(&histogram.x)?.numbers()?;
     let log = histogram.x_axis.spacing == Spacing::Log;
     let values = rows.iter().filter_map(|&row| Some((row, all[row]?)));
     let values: Vec<(usize, f64)> = values.collect();
@@ -50,10 +46,8 @@ pub(super) fn plot(
         chosen.notes.insert(0, words);
     }
     chosen.tell_left_out("");
-    let names = [
-        format!("within: {within}"),
-        format!("beyond: {}", values.len() - within),
-    ];
+    let beyond = values.len() - within;
+    let names = [format!("within: {within}"), format!("beyond: {beyond}")];
     let mut plot = Plot::new(HEIGHT);
     for bin in &bins {
         let mut from = 0;

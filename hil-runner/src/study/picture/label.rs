@@ -41,7 +41,9 @@ impl Label {
             if let Some(key) = section.and_then(|section| section.key(name)) {
                 // Pictures have room for signs only.
                 let unit = if key.unit == "deg" { "°" } else { key.unit };
-                return Self::new(first_part(key.meaning), unit);
+                // Up to the first remark.
+                let words = key.meaning.split([',', ';', '(']).next();
+                return Self::new(words.unwrap_or_default().trim_end(), unit);
             }
         }
         from_name(column)
@@ -49,10 +51,9 @@ impl Label {
 
     /// Title of an axis: `Words [unit]`.
     pub fn title(&self) -> String {
-        if self.unit.is_empty() {
-            self.words.clone()
-        } else {
-            format!("{} [{}]", self.words, self.unit)
+        match self.unit.as_str() {
+            "" => self.words.clone(),
+            unit => format!("{} [{unit}]", self.words),
         }
     }
 
@@ -97,12 +98,6 @@ fn spelled(word: &str) -> &str {
     }
 }
 
-/// The meaning of a key up to its first remark.
-fn first_part(meaning: &str) -> &str {
-    let end = meaning.find([',', ';', '(']).unwrap_or(meaning.len());
-    meaning[..end].trim_end()
-}
-
 /// The words as they stand within a sentence: without their capital, unless
 /// they begin with a symbol or an abbreviation.
 pub(super) fn within(words: &str) -> String {
@@ -118,10 +113,8 @@ pub(super) fn within(words: &str) -> String {
 /// With a capital.
 pub(super) fn capital(words: &str) -> String {
     let mut letters = words.chars();
-    match letters.next() {
-        Some(first) => first.to_uppercase().chain(letters).collect(),
-        None => String::new(),
-    }
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).collect()
 }
 
 #[cfg(test)]

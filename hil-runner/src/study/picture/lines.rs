@@ -40,13 +40,9 @@ const SHAPES: [&str; 7] = [
 /// Points closer than this have small marks \[px\].
 const MARK_ROOM: f64 = 9.0;
 
-pub(super) fn plots(
-    lines: &Lines,
-    table: &Table,
-    chosen: &mut Chosen,
-) -> Result<Vec<Plot>, PictureError> {
-    let Chosen { rows, left_out, .. } = &mut *chosen;
-    let data = Data::of(lines, table, rows)?;
+pub(super) fn plots(lines: &Lines, chosen: &mut Chosen<'_>) -> Result<Vec<Plot>, PictureError> {
+    let (rows, left_out) = (&chosen.rows, &mut chosen.left_out);
+    let data = Data::of(lines, chosen.table, rows)?;
     let x = data.x_axis(lines)?;
     let names = Names::of(lines, &data);
     let mut plots = Vec::new();
@@ -57,20 +53,20 @@ pub(super) fn plots(
         let mut drawing = Drawing {
             plot: Plot::new(height(lines.panels.len())),
             data: &data,
+            lines,
             panel,
             names: &names,
             x: x.clone(),
             place: at,
             has_legend: plots.iter().all(|plot: &Plot| plot.marks.is_empty()),
         };
-        drawing.x.has_words = at == last;
-        let base = drawing.fill(lines, left_out)?;
-        let mut plot = drawing.plot;
+        drawing.x.is_bare = at != last;
+        let base = drawing.fill(left_out)?;
         if at == 0 {
             signs.extend(base);
-            plot.layers.extend(legend_of_lines(&signs));
+            drawing.plot.layers.extend(legend_of_lines(&signs));
         }
-        plots.push(plot);
+        plots.push(drawing.plot);
     }
     chosen.tell_left_out("Lines: medians, bands: smallest to largest");
     Ok(plots)
@@ -176,23 +172,18 @@ impl Names {
             Some(_) => [MUTED, MUTED],
             None => [SERIES[0], INK],
         };
-        let simulated = self.simulated.iter().take(most).map(|column| Sign {
-            words: words(column, &lines.marks, "simulated"),
-            colour: marks,
-            dash: &[],
-        });
+        let simulated = self.simulated.iter().take(most);
+        let simulated =
+            simulated.map(|column| Sign::new(words(column, &lines.marks, "simulated"), marks, &[]));
         let theory = self.theory.iter().zip(THEORY.into_iter().cycle());
-        let theory = theory.take(most).map(|(column, dash)| Sign {
-            words: words(column, &lines.dashes, "theory"),
-            colour: dashes,
-            dash,
-        });
+        let theory = theory
+            .take(most)
+            .map(|(column, dash)| Sign::new(words(column, &lines.dashes, "theory"), dashes, dash));
         let says_marks = match self.alike {
             true => !self.theory.is_empty(),
             false => self.heading.is_some(),
         };
-        let simulated = simulated.filter(|_| says_marks);
-        simulated.chain(theory).collect()
+        simulated.filter(|_| says_marks).chain(theory).collect()
     }
 
     /// The channels of colour and shape; the legend stands in one plot only.
@@ -205,8 +196,7 @@ impl Names {
                 "scale": {"domain": self.coloured, "range": range}, "legend": legend,
             })
         };
-        let shapes = SHAPES.iter().cycle().take(self.coloured.len());
-        let shapes: Vec<&&str> = shapes.collect();
+        let shapes: Vec<&&str> = SHAPES.iter().cycle().take(self.coloured.len()).collect();
         [channel(json!(self.colours[0])), channel(json!(shapes))]
     }
 }
@@ -215,6 +205,7 @@ impl Names {
 struct Drawing<'a> {
     plot: Plot,
     data: &'a Data<'a>,
+    lines: &'a Lines,
     panel: &'a Panel,
     names: &'a Names,
     x: Axis,
@@ -226,17 +217,13 @@ struct Drawing<'a> {
 
 impl Drawing<'_> {
     /// Adds all layers; the explanation of the base's line.
-    fn fill(
-        &mut self,
-        lines: &Lines,
-        left_out: &mut LeftOut,
-    ) -> Result<Option<Sign>, PictureError> {
+    fn fill(&mut self, left_out: &mut LeftOut) -> Result<Option<Sign>, PictureError> {
         let panel = self.panel;
         let label = title(panel);
         let mut columns = Vec::new();
         let log = panel.y_axis.spacing == Spacing::Log;
         for name in panel.y.iter().chain(&panel.theory) {
-            columns.push((name, self.curves(name, &label, log, left_out)?));
+            columns.push((name, self.curves(name, left_out)?));
         }
         let points = || columns.iter().flat_map(|(_, curves)| curves).flatten();
         let all =
@@ -249,7 +236,7 @@ impl Drawing<'_> {
         let beyond = all().filter(|(on_x, spread)| !(*on_x && y.holds(spread.median)));
         left_out.beyond += beyond.map(|(_, spread)| spread.rows.len()).sum::<usize>();
         let has_values = spreads().next().is_some();
-        let base = add_base_line(&mut self.plot, self.data.table, &lines.x, &self.x);
+        let base = add_base_line(&mut self.plot, self.data.table, &self.lines.x, &self.x);
         if has_values {
             add_limits(&mut self.plot, &limits, &y, "y");
         }
@@ -259,15 +246,9 @@ impl Drawing<'_> {
         Ok(base)
     }
 
-    /// The points of a column, series by series; what a logarithmic axis does not have is
-    /// left out.
-    fn curves(
-        &self,
-        name: &str,
-        label: &Label,
-        log: bool,
-        left_out: &mut LeftOut,
-    ) -> Result<Vec<Points>, PictureError> {
+    /// The points of a column, series by series.
+    fn curves(&self, name: &str, left_out: &mut LeftOut) -> Result<Vec<Points>, PictureError> {
+        let label = title(self.panel);
         let column = self.data.table.column(name)?;
         let unit = Label::of(name).unit();
         let first = (self.panel.first_column(), label.unit.as_str());
@@ -275,21 +256,45 @@ impl Drawing<'_> {
         let factor = power_of_ten(unit.shift_to(&label.unit()).ok_or_else(apart)?);
         let values = column.numbers()?.into_iter();
         let values: Vec<Option<f64>> = values.map(|value| Some(value? * factor)).collect();
-        let mut points = Vec::new();
         let of_none = |row: &&usize| self.data.series.of_row[**row].is_none();
         let of_none = self.data.rows.iter().filter(of_none).count();
         left_out.of += of_none;
         left_out.missing += of_none;
-        for series in 0..self.data.series.len() {
-            let mut of_series = self.data.points(&values, series, &self.x, left_out);
-            for (_, spread) in &mut of_series {
-                if log && let Some(seen) = spread.take_if(|spread| spread.low <= 0.0) {
-                    left_out.not_above_0 += seen.rows.len();
-                }
+        let of_series = |series| self.points(&values, series, left_out);
+        Ok((0..self.data.series.len()).map(of_series).collect())
+    }
+
+    /// The points of one series of a column, ascending in x; what a logarithmic axis does
+    /// not have is left out.
+    fn points(&self, values: &[Option<f64>], series: usize, left_out: &mut LeftOut) -> Points {
+        let log = self.panel.y_axis.spacing == Spacing::Log;
+        let mut rows: Vec<(f64, usize)> = Vec::new();
+        for &row in self.data.rows {
+            if self.data.series.of_row[row] != Some(series) {
+                continue;
             }
-            points.push(of_series);
+            match self.data.x.value(row) {
+                Some(at) if !self.x.log || at > 0.0 => rows.push((at, row)),
+                Some(_) => left_out.not_above_0 += 1,
+                None => left_out.missing += 1,
+            }
+            left_out.of += 1;
         }
-        Ok(points)
+        rows.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        // Values of x are those of `Different`.
+        let places = rows.chunk_by(|(a, _), (b, _)| a == b);
+        let points = places.map(|place| {
+            let there = |&(_, row): &(f64, usize)| Some((row, values[row]?));
+            let runs: Vec<(usize, f64)> = place.iter().filter_map(there).collect();
+            left_out.missing += place.len() - runs.len();
+            left_out.shared = left_out.shared.max(runs.len());
+            let mut spread = Spread::of(runs);
+            if log && let Some(seen) = spread.take_if(|spread| spread.low <= 0.0) {
+                left_out.not_above_0 += seen.rows.len();
+            }
+            (place[0].0, spread)
+        });
+        points.collect()
     }
 
     /// Band, line and marks of a column.
@@ -300,31 +305,23 @@ impl Drawing<'_> {
             let name = self.names.name(column, series);
             let shown = points.iter().filter(|(_, spread)| spread.is_some()).count();
             crowded |= shown as f64 * MARK_ROOM > WIDTH;
-            let mut part = 0;
-            for (place, (at, spread)) in points.iter().enumerate() {
-                let Some(spread) = spread else {
-                    part += 1;
-                    continue;
-                };
-                let is_none = |at: Option<usize>| {
-                    at.and_then(|at| points.get(at))
-                        .is_none_or(|(_, spread)| spread.is_none())
-                };
-                let is_alone = is_none(place.checked_sub(1)) && is_none(Some(place + 1));
-                has_band |= spread.high > spread.low;
-                let mut mark = json!({
-                    "rows": spread.rows, "column": column, "name": name,
-                    "part": format!("{series}.{part}"),
-                    "x": self.x.shown(*at), "y": y.shown(spread.median),
-                });
-                if spread.rows.len() > 1 {
-                    (mark["low"], mark["high"]) =
-                        (json!(y.shown(spread.low)), json!(y.shown(spread.high)));
+            for (number, part) in points.split(|(_, spread)| spread.is_none()).enumerate() {
+                for (at, spread) in part.iter().filter_map(|(at, of)| Some((at, of.as_ref()?))) {
+                    has_band |= spread.high > spread.low;
+                    let mut mark = json!({
+                        "rows": spread.rows, "column": column, "name": name,
+                        "part": format!("{series}.{number}"),
+                        "x": self.x.shown(*at), "y": y.shown(spread.median),
+                    });
+                    if spread.rows.len() > 1 {
+                        mark["low"] = json!(y.shown(spread.low));
+                        mark["high"] = json!(y.shown(spread.high));
+                    }
+                    if part.len() == 1 {
+                        mark["alone"] = json!(true);
+                    }
+                    marks.push(mark);
                 }
-                if is_alone {
-                    mark["alone"] = json!(true);
-                }
-                marks.push(mark);
             }
         }
         if marks.is_empty() {
@@ -356,13 +353,13 @@ impl Drawing<'_> {
             let mark = json!({"type": "area", "clip": true});
             layers.push(of_some_marks(&only, mark, encoding));
         }
+        let mut mark = json!({"type": "line", "clip": true, "strokeWidth": 2});
+        let mut encoding = channels("color", colour.clone());
         if is_theory {
             let place = self.names.place(&self.names.theory, column);
-            let dash = THEORY[place % THEORY.len()];
-            let mut mark =
-                json!({"type": "line", "clip": true, "strokeWidth": 2, "strokeDash": dash});
+            mark["strokeDash"] = json!(THEORY[place % THEORY.len()]);
             let [without_legend, _] = self.names.channels(false);
-            let mut encoding = channels("stroke", without_legend);
+            encoding = channels("stroke", without_legend);
             match self.names.heading {
                 Some(_) => encoding["stroke"]["scale"]["range"] = json!(self.names.colours[1]),
                 None => {
@@ -370,12 +367,8 @@ impl Drawing<'_> {
                     mark["style"] = json!("ink");
                 }
             }
-            layers.push(of_some_marks(&only, mark, encoding));
-        } else {
-            let mark = json!({"type": "line", "clip": true, "strokeWidth": 2});
-            let encoding = channels("color", colour.clone());
-            layers.push(of_some_marks(&only, mark, encoding));
         }
+        layers.push(of_some_marks(&only, mark, encoding));
         let place = self.names.place(&self.names.simulated, column);
         let hollow = self.names.heading.is_some() && place > 0;
         let size = if crowded { 12 } else { 60 };
@@ -416,10 +409,7 @@ struct Data<'a> {
     rows: &'a [usize],
     /// The series; one without a name if the picture names no column.
     series: Different,
-    /// Value of x per row of the table; the number of a word.
-    x_of_row: Vec<Option<f64>>,
-    /// Words of x, if it has words.
-    x_names: Option<Vec<String>>,
+    x: Different,
 }
 
 impl<'a> Data<'a> {
@@ -432,66 +422,24 @@ impl<'a> Data<'a> {
                 numbers: None,
             },
         };
-        let x = Different::of(table.column(&lines.x)?, rows)?;
-        let value = |at: usize| match &x.numbers {
-            Some(numbers) => numbers[at],
-            None => at as f64,
-        };
-        let x_of_row = x.of_row.iter().map(|at| at.map(value)).collect();
-        let x_names = x.numbers.is_none().then_some(x.names);
         Ok(Self {
             table,
             rows,
             series,
-            x_of_row,
-            x_names,
+            x: Different::of(table.column(&lines.x)?, rows)?,
         })
     }
 
     /// The axis along x, over all rows, whether they have values or not.
     fn x_axis(&self, lines: &Lines) -> Result<Axis, PictureError> {
         let label = Label::of(&lines.x);
-        if let Some(names) = &self.x_names {
-            return Ok(Axis::of_places(lines.x_axis.words(&label), names.clone()));
+        if self.x.numbers.is_none() {
+            let words = lines.x_axis.words(&label);
+            return Ok(Axis::of_places(words, self.x.names.clone()));
         }
         let log = lines.x_axis.spacing == Spacing::Log;
-        let values = || self.rows.iter().filter_map(|&row| self.x_of_row[row]);
-        let drawn = |value: &f64| !log || *value > 0.0;
-        let span = extent(values().filter(drawn));
+        let values = || self.rows.iter().filter_map(|&row| self.x.value(row));
+        let span = extent(values().filter(|value| !log || *value > 0.0));
         Ok(Axis::new(&lines.x_axis, &label, span, Margin::Around)?.of_values(values()))
-    }
-
-    /// The points of one series of a column, ascending in x.
-    fn points(
-        &self,
-        values: &[Option<f64>],
-        series: usize,
-        x: &Axis,
-        left_out: &mut LeftOut,
-    ) -> Points {
-        let mut rows: Vec<(f64, usize)> = Vec::new();
-        for &row in self.rows {
-            if self.series.of_row[row] != Some(series) {
-                continue;
-            }
-            match self.x_of_row[row] {
-                Some(at) if !x.log || at > 0.0 => rows.push((at, row)),
-                Some(_) => left_out.not_above_0 += 1,
-                None => left_out.missing += 1,
-            }
-            left_out.of += 1;
-        }
-        rows.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        // Values of x are those of `Different`.
-        let places = rows.chunk_by(|(a, _), (b, _)| a == b);
-        let points = places.map(|place| {
-            let runs = place.iter();
-            let runs = runs.filter_map(|&(_, row)| Some((row, values[row]?)));
-            let runs: Vec<(usize, f64)> = runs.collect();
-            left_out.missing += place.len() - runs.len();
-            left_out.shared = left_out.shared.max(runs.len());
-            (place[0].0, Spread::of(runs))
-        });
-        points.collect()
     }
 }

@@ -14,7 +14,7 @@ use super::note::{Chosen, counted};
 use super::reference::{Sign, base_point, legend_of_lines};
 use super::sheet::{Plot, WIDTH, brush, of_marks};
 use super::spec::Map;
-use super::{Curve, PictureError, Table};
+use super::{Curve, PictureError};
 
 /// Height of the plot, and of one of a single row of cells \[px\].
 const HEIGHT: f64 = 440.0;
@@ -35,11 +35,10 @@ const LIGHT: f64 = 0.52;
 
 pub(super) fn plot(
     map: &Map,
-    table: &Table,
     curves: &[Curve],
-    chosen: &mut Chosen,
+    chosen: &mut Chosen<'_>,
 ) -> Result<Plot, PictureError> {
-    let grid = Grid::of(map, table, chosen)?;
+    let grid = Grid::of(map, chosen)?;
     let x = side_axis(&map.x, &map.x_axis, &grid.x)?;
     let y = side_axis(&map.y, &map.y_axis, &grid.y)?;
     let values = || grid.cells.iter().filter_map(|cell| cell.z);
@@ -77,20 +76,13 @@ pub(super) fn plot(
         drawing.add_words(&lines, &words);
     }
     if !map.contours.is_empty() {
-        signs.push(Sign {
-            words: format!("contours: {}", Label::of(map.contour_column()).words),
-            colour: INK,
-            dash: &[],
-        });
+        let words = format!("contours: {}", Label::of(map.contour_column()).words);
+        signs.push(Sign::new(words, INK, &[]));
     }
     for (at, curve) in curves.iter().enumerate() {
         let (colour, dash) = CURVES[at % CURVES.len()];
         if drawing.add_lines(std::slice::from_ref(&curve.points), (colour, dash)) {
-            signs.push(Sign {
-                words: curve.label.clone(),
-                colour,
-                dash,
-            });
+            signs.push(Sign::new(curve.label.clone(), colour, dash));
         } else {
             notes.push(format!("\"{}\" does not cross this plot.", curve.label));
         }
@@ -100,7 +92,7 @@ pub(super) fn plot(
         let words = "a limit is not kept".to_owned();
         marks.push((words, "M-.6,-.6L.6,.6M-.6,.6L.6,-.6"));
     }
-    if let Some((place, words)) = base_point(table, [&map.x, &map.y], [&x, &y]) {
+    if let Some((place, words)) = base_point(chosen.table, [&map.x, &map.y], [&x, &y]) {
         for (size, colour, width) in [(190.0, "white", 4.5), (190.0, INK, 1.8)] {
             let mark = json!({"type": "point", "shape": "diamond", "size": size, "color": colour, "strokeWidth": width, "opacity": 1});
             drawing.add_at(&place, mark);
@@ -233,16 +225,13 @@ impl Drawing<'_> {
         let encoding = self.channels();
         self.plot.add(&lines, mark, encoding);
         let hatches = ["M-1,1L1,-1", "M-1,-1L1,1", "M-1,1L1,-1M-1,-1L1,1", "square"];
-        let signs = states.iter().enumerate();
-        let signs: Vec<(String, &str)> = signs
-            .map(|(at, state)| ((*state).to_owned(), hatches[at % hatches.len()]))
-            .collect();
+        let words = states.iter().map(|state| (*state).to_owned());
+        let signs: Vec<(String, &str)> = words.zip(hatches.into_iter().cycle()).collect();
         if let Some(mut legend) = legend_of_marks(&signs) {
             legend["encoding"]["shape"]["title"] = json!("without a figure:");
             legend["encoding"]["shape"]["legend"]["symbolFillColor"] = json!(NO_VALUE);
-            self.plot
-                .layers
-                .push(json!({"layer": [legend], "resolve": {"scale": {"shape": "independent"}}}));
+            let legend = json!({"layer": [legend], "resolve": {"scale": {"shape": "independent"}}});
+            self.plot.layers.push(legend);
         }
     }
 
@@ -257,15 +246,13 @@ impl Drawing<'_> {
         let (mut sides, mut crosses) = (Vec::new(), Vec::new());
         for (i, j) in self.grid.places() {
             let ends = self.ends(i, j);
+            let side =
+                |x, y| json!({"x": ends[x], "x2": ends["x2"], "y": ends[y], "y2": ends["y2"]});
             if i + 1 < across && fails(i, j) != fails(i + 1, j) {
-                sides.push(
-                    json!({"x": ends["x2"], "x2": ends["x2"], "y": ends["y"], "y2": ends["y2"]}),
-                );
+                sides.push(side("x2", "y"));
             }
             if j + 1 < up && fails(i, j) != fails(i, j + 1) {
-                sides.push(
-                    json!({"x": ends["x"], "x2": ends["x2"], "y": ends["y2"], "y2": ends["y2"]}),
-                );
+                sides.push(side("x", "y2"));
             }
             if fails(i, j) && i % every_x == 0 && j % every_y == 0 {
                 let value = self.grid.cell(i, j).and_then(|cell| cell.z);
@@ -362,10 +349,9 @@ impl Drawing<'_> {
         let levels = self.grid.cells.iter().map(|cell| drawn(cell.level?));
         let values: Vec<Option<f64>> = levels.collect();
         let back = |(x, y): (f64, f64)| (measured(x, self.x.log), measured(y, self.y.log));
+        let line_back = |line: Vec<(f64, f64)>| line.into_iter().map(back).collect();
         let lines = Field::of(&x, &y, &values).lines(level).into_iter();
-        lines
-            .map(|line| line.into_iter().map(back).collect())
-            .collect()
+        lines.map(line_back).collect()
     }
 }
 

@@ -62,17 +62,14 @@ impl PictureError {
 
     /// Columns, or a column and the unit that was asked for, with units that
     /// cannot share an axis.
-    fn units([first, other]: [(&str, &str); 2]) -> Self {
+    fn units([(one, its), (other, others)]: [(&str, &str); 2]) -> Self {
         let words = |unit| match unit {
             "" => "no unit",
             unit => unit,
         };
+        let [its, others] = [its, others].map(words);
         Self(format!(
-            "\"{}\" is in {} and \"{}\" in {}: they cannot share an axis",
-            first.0,
-            words(first.1),
-            other.0,
-            words(other.1)
+            "\"{one}\" is in {its} and \"{other}\" in {others}: they cannot share an axis"
         ))
     }
 }
@@ -126,15 +123,14 @@ pub fn specify(spec: &Picture, table: &Table, curves: &[Curve]) -> Result<Value,
         table.check()?;
         let mut chosen = Chosen::of(spec, table)?;
         let plots = match &spec.kind {
-            Kind::Lines(lines) => lines::plots(lines, table, &mut chosen)?,
-            Kind::Map(map) => vec![map::plot(map, table, curves, &mut chosen)?],
-            Kind::Bars(bars) => vec![bars::plot(bars, table, &mut chosen)?],
-            Kind::Histogram(histogram) => vec![histogram::plot(histogram, table, &mut chosen)?],
-            Kind::Scatter(scatter) => vec![scatter::plot(scatter, table, &mut chosen)?],
+            Kind::Lines(lines) => lines::plots(lines, &mut chosen)?,
+            Kind::Map(map) => vec![map::plot(map, curves, &mut chosen)?],
+            Kind::Bars(bars) => vec![bars::plot(bars, &mut chosen)?],
+            Kind::Histogram(histogram) => vec![histogram::plot(histogram, &mut chosen)?],
+            Kind::Scatter(scatter) => vec![scatter::plot(scatter, &mut chosen)?],
         };
         Ok(sheet::whole(spec, &chosen, plots))
     };
-    specified().map_err(|error: PictureError| {
-        PictureError::new(format!("picture \"{}\": {error}", spec.file))
-    })
+    let file = &spec.file;
+    specified().map_err(|error: PictureError| PictureError(format!("picture \"{file}\": {error}")))
 }

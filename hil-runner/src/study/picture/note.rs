@@ -1,21 +1,22 @@
 //! Remarks below the plots: what is left out, and what stands for what.
 
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use super::PictureError;
 use super::spec::{Kind, Picture};
 use super::table::Table;
 
 /// The rows that a picture shows, and what there is to say about them.
-pub(super) struct Chosen {
+pub(super) struct Chosen<'t> {
+    pub(super) table: &'t Table,
     pub(super) rows: Vec<usize>,
     pub(super) notes: Vec<String>,
     pub(super) left_out: LeftOut,
 }
 
-impl Chosen {
+impl<'t> Chosen<'t> {
     /// The rows that fulfil the picture's conditions.
-    pub(super) fn of(spec: &Picture, table: &Table) -> Result<Self, PictureError> {
+    pub(super) fn of(spec: &Picture, table: &'t Table) -> Result<Self, PictureError> {
         let mut kept = vec![true; table.rows()];
         for condition in &spec.conditions {
             for (kept, holds) in kept.iter_mut().zip(condition.holds(table)?) {
@@ -48,6 +49,7 @@ impl Chosen {
             ..LeftOut::default()
         };
         Ok(Self {
+            table,
             rows,
             notes,
             left_out,
@@ -57,34 +59,33 @@ impl Chosen {
     /// Adds the remarks on what is left out; `shared` says how several runs of a place
     /// are shown.
     pub(super) fn tell_left_out(&mut self, shared: &str) {
-        let left_out = &self.left_out;
+        let (left_out, notes) = (&self.left_out, &mut self.notes);
         if left_out.shared > 1 {
-            let runs = left_out.shared;
-            self.notes.push(format!("{shared} of up to {runs} runs."));
+            notes.push(format!("{shared} of up to {} runs.", left_out.shared));
         }
         if left_out.missing > 0 {
             let (missing, of) = (left_out.missing, counted(left_out.of, "value", "values"));
             let verb = if missing == 1 { "is" } else { "are" };
-            self.notes.push(format!(
+            notes.push(format!(
                 "{missing} of {of} {verb} missing: the run was not made or has no such figure."
             ));
         }
         if left_out.not_above_0 > 0 {
             let values = counted(left_out.not_above_0, "value is", "values are");
-            self.notes.push(format!(
+            notes.push(format!(
                 "{values} not above 0 and not shown: the axis is logarithmic."
             ));
         }
         if left_out.beyond > 0 {
             let values = counted(left_out.beyond, "value lies", "values lie");
-            self.notes
-                .push(format!("{values} beyond the ends of the axes."));
+            notes.push(format!("{values} beyond the ends of the axes."));
         }
     }
 }
 
-/// Counts of the values that a picture does not show, or not one by one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Counts of the values that a picture does not show, or not one by one, as a
+/// specification carries them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub(super) struct LeftOut {
     /// Runs that `where` leaves out, and points that the study's constraints do.
     pub(super) unwanted: usize,
@@ -92,23 +93,15 @@ pub(super) struct LeftOut {
     /// Runs or values that are none.
     pub(super) missing: usize,
     /// Of so many.
+    #[serde(skip)]
     pub(super) of: usize,
     /// Values that a logarithmic axis does not have.
     pub(super) not_above_0: usize,
     /// Values beyond the ends of an axis.
     pub(super) beyond: usize,
     /// Most runs that share a place, where it is more than one.
+    #[serde(skip)]
     pub(super) shared: usize,
-}
-
-impl LeftOut {
-    /// The counts as a specification carries them.
-    pub(super) fn counts(&self) -> Value {
-        json!({
-            "unwanted": self.unwanted, "excluded": self.excluded, "missing": self.missing,
-            "not_above_0": self.not_above_0, "beyond": self.beyond,
-        })
-    }
 }
 
 /// `1 value` or `3 values`.

@@ -4,7 +4,7 @@
 
 use serde_json::{Value, json};
 
-use super::axis::{Axis, extent};
+use super::axis::{Axis, Span, extent};
 use super::colour::{INK, LIMIT};
 use super::group::in_words;
 use super::label::{Label, capital};
@@ -18,6 +18,16 @@ pub(super) struct Sign {
     pub(super) words: String,
     pub(super) colour: &'static str,
     pub(super) dash: &'static [f64],
+}
+
+impl Sign {
+    pub(super) fn new(words: String, colour: &'static str, dash: &'static [f64]) -> Self {
+        Self {
+            words,
+            colour,
+            dash,
+        }
+    }
 }
 
 /// Dashes of limits, and of the base's place.
@@ -47,7 +57,7 @@ pub(super) fn legend_of_lines(signs: &[Sign]) -> Option<Value> {
 }
 
 /// A limit holds for the magnitude: where data are below 0 it has two lines.
-pub(super) fn limits(limit: Option<&Limit>, span: Option<(f64, f64)>, log: bool) -> Vec<f64> {
+pub(super) fn limits(limit: Option<&Limit>, span: Option<Span>, log: bool) -> Vec<f64> {
     let Some(limit) = limit.filter(|limit| !log || limit.value > 0.0) else {
         return Vec::new();
     };
@@ -60,11 +70,7 @@ pub(super) fn limits(limit: Option<&Limit>, span: Option<(f64, f64)>, log: bool)
 
 /// The span with the limits that are near it; one far off would press the data
 /// into a line, and the legend tells it anyway.
-pub(super) fn with_limits(
-    span: Option<(f64, f64)>,
-    limits: &[f64],
-    log: bool,
-) -> Option<(f64, f64)> {
+pub(super) fn with_limits(span: Option<Span>, limits: &[f64], log: bool) -> Option<Span> {
     let near = |&limit: &f64| match span {
         None => true,
         Some((low, high)) if log => limit >= 0.01 * low && limit <= 100.0 * high,
@@ -76,27 +82,26 @@ pub(super) fn with_limits(
 
 /// Adds lines at limits, across the axis of that channel.
 pub(super) fn add_limits(plot: &mut Plot, limits: &[f64], axis: &Axis, channel: &str) {
-    let look = ("limit", LIMIT, LIMIT_DASH, 1.8);
-    add_rules(plot, limits, axis, channel, look);
+    add_rules(
+        plot,
+        limits,
+        axis,
+        channel,
+        ("limit", LIMIT, LIMIT_DASH, 1.8),
+    );
 }
 
 /// Explanation of a limit of a column with that label.
 pub(super) fn limit_sign(limit: &Limit, label: &Label) -> Sign {
     let words = format!("{}: {}", limit.label, in_words(limit.value, label));
-    Sign {
-        words: capital(&words),
-        colour: LIMIT,
-        dash: LIMIT_DASH,
-    }
+    Sign::new(capital(&words), LIMIT, LIMIT_DASH)
 }
 
-fn add_rules(
-    plot: &mut Plot,
-    values: &[f64],
-    axis: &Axis,
-    channel: &str,
-    (name, colour, dash, width): (&str, &str, &[f64], f64),
-) {
+/// Style, colour, dash and width of a line.
+type Look<'a> = (&'a str, &'a str, &'a [f64], f64);
+
+fn add_rules(plot: &mut Plot, values: &[f64], axis: &Axis, channel: &str, look: Look<'_>) {
+    let (name, colour, dash, width) = look;
     let inside = values.iter().filter(|value| axis.holds(**value));
     let data = inside.map(|value| json!({channel: axis.shown(*value)}));
     let data: Vec<Value> = data.collect();
@@ -114,11 +119,8 @@ fn own_value(table: &Table, column: &str, axis: &Axis) -> Option<f64> {
 pub(super) fn add_base_line(plot: &mut Plot, table: &Table, x: &str, axis: &Axis) -> Option<Sign> {
     let own = own_value(table, x, axis)?;
     add_rules(plot, &[own], axis, "x", ("base", INK, BASE_DASH, 1.4));
-    Some(Sign {
-        words: format!("the base, {}", in_words(own, &Label::of(x))),
-        colour: INK,
-        dash: BASE_DASH,
-    })
+    let words = format!("the base, {}", in_words(own, &Label::of(x)));
+    Some(Sign::new(words, INK, BASE_DASH))
 }
 
 /// The base's values of `x` and `y`, in the shown units, and the words for them.

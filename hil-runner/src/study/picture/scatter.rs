@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
+use super::PictureError;
 use super::axis::{Axis, Margin, Spacing, extent};
 use super::colour::{FAIL, MUTED, PASS};
 use super::label::Label;
@@ -14,7 +15,6 @@ use super::reference::{
 };
 use super::sheet::{Plot, WIDTH, brush, choice, fading, of_marks};
 use super::spec::Scatter;
-use super::{PictureError, Table};
 
 /// Height of the plot \[px\].
 const HEIGHT: f64 = 440.0;
@@ -33,12 +33,8 @@ struct Run {
     pass: Option<bool>,
 }
 
-pub(super) fn plot(
-    scatter: &Scatter,
-    table: &Table,
-    chosen: &mut Chosen,
-) -> Result<Plot, PictureError> {
-    let mut runs = runs(scatter, table, chosen)?;
+pub(super) fn plot(scatter: &Scatter, chosen: &mut Chosen<'_>) -> Result<Plot, PictureError> {
+    let mut runs = runs(scatter, chosen)?;
     let label = Label::of(&scatter.x);
     let span = extent(runs.iter().map(|run| run.x));
     let x = Axis::new(&scatter.x_axis, &label, span, Margin::Around)?;
@@ -53,8 +49,8 @@ pub(super) fn plot(
     chosen.left_out.beyond = all - runs.len();
     chosen.tell_left_out("");
     let mut plot = Plot::new(HEIGHT);
-    let names = names(&runs);
-    plot.marks = marks(&runs, &names, [&x, &y]);
+    let verdicts = verdicts(&runs);
+    plot.marks = marks(&runs, &verdicts, [&x, &y]);
     if plot.marks.len() < runs.len() {
         chosen.notes.push(format!(
             "{} runs, {} marks: runs of one verdict closer than {SQUARE} px share one.",
@@ -62,9 +58,9 @@ pub(super) fn plot(
             plot.marks.len()
         ));
     }
-    let judged = names.iter().filter(|(_, name)| !name.is_empty());
+    let judged = verdicts.iter().filter(|(_, name, _)| !name.is_empty());
     let (words, looks): (Vec<&String>, Vec<[&str; 2]>) =
-        judged.map(|(pass, name)| (name, look(*pass))).unzip();
+        judged.map(|(_, name, look)| (name, *look)).unzip();
     let channel = |at: usize| {
         let range: Vec<&str> = looks.iter().map(|look| look[at]).collect();
         json!({"field": "name", "type": "nominal", "title": null, "scale": {"domain": words, "range": range}})
@@ -89,15 +85,15 @@ pub(super) fn plot(
     plot.layers.push(layer);
     let limit = scatter.limit.iter();
     let mut signs: Vec<Sign> = limit.map(|limit| limit_sign(limit, &label)).collect();
-    signs.extend(add_base_line(&mut plot, table, &scatter.x, &x));
+    signs.extend(add_base_line(&mut plot, chosen.table, &scatter.x, &x));
     add_limits(&mut plot, &limits, &y, "y");
     plot.layers.extend(legend_of_lines(&signs));
     Ok(plot)
 }
 
 /// The runs that have a place on both axes.
-fn runs(scatter: &Scatter, table: &Table, chosen: &mut Chosen) -> Result<Vec<Run>, PictureError> {
-    let Chosen { rows, left_out, .. } = chosen;
+fn runs(scatter: &Scatter, chosen: &mut Chosen<'_>) -> Result<Vec<Run>, PictureError> {
+    let (table, rows, left_out) = (chosen.table, &chosen.rows, &mut chosen.left_out);
     let x = table.column(&scatter.x)?.numbers()?;
     let y = table.column(&scatter.y)?.numbers()?;
     let pass = table.column_or(scatter.pass.as_ref(), "pass")?;
@@ -119,38 +115,32 @@ fn runs(scatter: &Scatter, table: &Table, chosen: &mut Chosen) -> Result<Vec<Run
     Ok(runs)
 }
 
-/// Colour and shape of a verdict.
-fn look(pass: Option<bool>) -> [&'static str; 2] {
-    match pass {
-        Some(true) => [PASS, "circle"],
-        Some(false) => [FAIL, CROSS],
-        None => [MUTED, "diamond"],
-    }
-}
+/// A verdict, its words with its runs counted, its colour and its shape.
+type Verdict = (Option<bool>, String, [&'static str; 2]);
 
-/// The verdicts, each with its words and its runs counted; no words where nobody
-/// judges. Those that fail come last, on top.
-fn names(runs: &[Run]) -> Vec<(Option<bool>, String)> {
+/// The verdicts of the runs; no words where nobody judges. Those that fail come
+/// last, on top.
+fn verdicts(runs: &[Run]) -> Vec<Verdict> {
     let judged = runs.iter().any(|run| run.pass.is_some());
     let verdicts = [
-        (None, "no verdict"),
-        (Some(true), "keeps its limits"),
-        (Some(false), "does not"),
+        (None, "no verdict", [MUTED, "diamond"]),
+        (Some(true), "keeps its limits", [PASS, "circle"]),
+        (Some(false), "does not", [FAIL, CROSS]),
     ];
-    let named = |(pass, words): (Option<bool>, &str)| {
+    let named = |(pass, words, look): (Option<bool>, &str, _)| {
         let count = runs.iter().filter(|run| run.pass == pass).count();
         let words = judged.then(|| format!("{words}: {count}"));
-        (count > 0).then(|| (pass, words.unwrap_or_default()))
+        (count > 0).then(|| (pass, words.unwrap_or_default(), look))
     };
     verdicts.into_iter().filter_map(named).collect()
 }
 
 /// The marks; where there are many runs those of a square of the plot share one.
-fn marks(runs: &[Run], names: &[(Option<bool>, String)], [x, y]: [&Axis; 2]) -> Vec<Value> {
+fn marks(runs: &[Run], verdicts: &[Verdict], [x, y]: [&Axis; 2]) -> Vec<Value> {
     let thin = runs.len() > MOST_MARKS;
     let square = |axis: &Axis, value: f64, px: f64| (axis.share(value) * px / SQUARE) as usize;
     let mut marks = Vec::new();
-    for (pass, name) in names {
+    for (pass, name, _) in verdicts {
         let mut of_square: BTreeMap<[usize; 3], Vec<&Run>> = BTreeMap::new();
         for (at, run) in runs.iter().filter(|run| run.pass == *pass).enumerate() {
             let place = match thin {

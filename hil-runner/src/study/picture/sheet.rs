@@ -57,7 +57,7 @@ pub(super) fn of_some_marks(filter: &str, mark: Value, encoding: Value) -> Value
 }
 
 /// The whole specification.
-pub(super) fn whole(picture: &Picture, chosen: &Chosen, mut plots: Vec<Plot>) -> Value {
+pub(super) fn whole(picture: &Picture, chosen: &Chosen<'_>, mut plots: Vec<Plot>) -> Value {
     let mut datasets = Map::new();
     for (at, plot) in plots.iter_mut().enumerate() {
         let name = format!("runs_{at}");
@@ -92,7 +92,7 @@ pub(super) fn whole(picture: &Picture, chosen: &Chosen, mut plots: Vec<Plot>) ->
         "description": words,
         "title": {"text": fold(&picture.title, TITLE), "subtitle": subtitle},
         "background": "white",
-        "usermeta": chosen.left_out.counts(),
+        "usermeta": chosen.left_out,
         "config": config(),
         "datasets": datasets,
     });

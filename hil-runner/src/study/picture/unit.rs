@@ -26,35 +26,28 @@ pub(super) fn suffix(name: &str) -> Option<(&'static str, &'static str)> {
         .max_by_key(|(suffix, _)| suffix.len())
 }
 
-/// Units that take prefixes, and the largest power of ten that is in use: km
+/// Units that take prefixes, by the largest power of ten that is in use: km
 /// and ks are no units of an axis.
-const WITH_PREFIX: [(&str, i32); 14] = [
-    ("s", 0),
-    ("m", 0),
-    ("m/s", 0),
-    ("m/s²", 0),
-    ("rad", 0),
-    ("rad/s", 0),
-    ("V", 3),
-    ("A", 3),
-    ("J", 3),
-    ("N", 3),
-    ("N m", 3),
-    ("Ω", 6),
-    ("H", 0),
-    ("Hz", 6),
+const WITH_PREFIX: [(i32, &[&str]); 3] = [
+    (0, &["s", "m", "m/s", "m/s²", "rad", "rad/s", "H"]),
+    (3, &["V", "A", "J", "N", "N m"]),
+    (6, &["Ω", "Hz"]),
 ];
 
-/// Prefixes and their powers of ten.
-const PREFIXES: [(&str, i32); 7] = [
-    ("p", -12),
-    ("n", -9),
-    ("µ", -6),
-    ("m", -3),
-    ("", 0),
-    ("k", 3),
-    ("M", 6),
-];
+/// A unit that takes prefixes, and the largest power of ten that is in use.
+fn with_prefix(symbol: &str) -> Option<(&'static str, i32)> {
+    WITH_PREFIX.iter().find_map(|(most, symbols)| {
+        let base = symbols.iter().find(|base| **base == symbol)?;
+        Some((*base, *most))
+    })
+}
+
+/// Prefixes with their powers of ten.
+fn prefixes() -> impl Iterator<Item = (&'static str, i32)> {
+    ["p", "n", "µ", "m", "", "k", "M"]
+        .into_iter()
+        .zip((-12..).step_by(3))
+}
 
 /// A unit as a number of another: `mm` is 10⁻³ of `m`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -72,17 +65,13 @@ pub(super) type Shown = (i32, String);
 impl Unit {
     /// The unit with that symbol. `m` is the metre: a base unit goes first.
     pub(super) fn of(symbol: &str) -> Self {
-        let whole = WITH_PREFIX.iter().find(|(base, _)| *base == symbol);
-        let parts = || {
-            PREFIXES.iter().find_map(|&(prefix, power)| {
-                let rest = symbol.strip_prefix(prefix)?;
-                let (base, _) = WITH_PREFIX.iter().find(|(base, _)| *base == rest)?;
-                Some((*base, power))
-            })
+        let of = |(prefix, power): (&str, i32)| {
+            let (base, _) = with_prefix(symbol.strip_prefix(prefix)?)?;
+            Some((base, power))
         };
         Self {
             symbol: symbol.to_owned(),
-            base: whole.map(|(base, _)| (*base, 0)).or_else(parts),
+            base: of(("", 0)).or_else(|| prefixes().find_map(of)),
         }
     }
 
@@ -121,10 +110,10 @@ impl Unit {
         if let Some((base, from)) = self.base {
             // In the base unit.
             let decade = decade + from;
-            let most = WITH_PREFIX.iter().find(|(name, _)| *name == base);
-            let power = thousands(decade).clamp(-12, most.map_or(0, |(_, most)| *most));
+            let most = with_prefix(base).map_or(0, |(_, most)| most);
+            let power = thousands(decade).clamp(-12, most);
             if decade - power <= 4 {
-                let prefix = PREFIXES.iter().find(|(_, of)| *of == power);
+                let prefix = prefixes().find(|(_, of)| *of == power);
                 let prefix = prefix.map_or("", |(prefix, _)| prefix);
                 return (from - power, format!("{prefix}{base}"));
             }

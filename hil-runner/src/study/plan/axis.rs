@@ -69,6 +69,9 @@ pub enum AxisValue {
     },
 }
 
+/// A key and the value that it takes in a run.
+pub type Setting = (KeyPath, KeyValue);
+
 /// A key and the values that it takes.
 #[derive(Debug, Clone)]
 pub struct Axis {

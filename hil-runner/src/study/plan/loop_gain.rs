@@ -12,9 +12,10 @@
 
 use std::sync::LazyLock;
 
+use super::axis::Setting;
 use hil_core::case::Case;
 use hil_core::options::Feedback;
-use hil_core::runfile::{Key, KeyPath, KeyValue, Kind, SECTIONS, Section, Template};
+use hil_core::runfile::{Key, KeyPath, Kind, SECTIONS, Section, Template};
 
 /// Unit that a key is measured in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,8 +68,8 @@ pub(super) fn at_other_steps(
     base: &Case,
     case: &Case,
     template: &Template,
-    changes: &[(KeyPath, KeyValue)],
-) -> Vec<(KeyPath, KeyValue)> {
+    changes: &[Setting],
+) -> Vec<Setting> {
     let per_rad = |case: &Case| case.encoder.counts_per_rad * case.dac.step_v;
     // Per radian of the motor, both.
     let z = base.axis.transmission.gear_ratio;

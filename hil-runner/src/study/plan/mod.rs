@@ -11,7 +11,7 @@ pub(super) mod points;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use self::axis::{Axis, AxisValue};
+use self::axis::{Axis, AxisValue, Setting};
 use self::loop_gain::at_other_steps;
 use self::points::{Constraint, Plan};
 use crate::study::picture::Picture;
@@ -144,8 +144,7 @@ impl Study {
                     true => self.template().own_number(&times),
                     false => self.number(&values, &times),
                 };
-                let factor = factor.unwrap_or(f64::NAN);
-                values[place] = chosen[place].value(&axis.key, Some(factor));
+                values[place] = chosen[place].value(&axis.key, factor.or(Some(f64::NAN)));
             }
         }
         Point { chosen, values }
@@ -175,8 +174,7 @@ impl Study {
         // A point that makes no run has the values of its axes.
         let changes = self.changes(point, rung);
         let changes = changes.unwrap_or_else(|_| self.chosen(point));
-        let line =
-            |(key, value): &(KeyPath, KeyValue)| format!("{}={}", key.path(), value.to_toml());
+        let line = |(key, value): &Setting| format!("{}={}", key.path(), value.to_toml());
         sets.extend(changes.iter().map(line));
         sets
     }
@@ -199,11 +197,7 @@ impl Study {
     ///
     /// # Errors
     /// Mistakes in the values of the point.
-    pub fn changes(
-        &self,
-        point: &Point,
-        rung: usize,
-    ) -> Result<Vec<(KeyPath, KeyValue)>, RunFileErrors> {
+    pub fn changes(&self, point: &Point, rung: usize) -> Result<Vec<Setting>, RunFileErrors> {
         let mut changes = self.chosen(point);
         if self.loop_gain == LoopGain::Constant {
             let (_, template) = &self.rungs[rung];
@@ -217,7 +211,7 @@ impl Study {
     }
 
     /// The keys of the axes with their values at a point.
-    fn chosen(&self, point: &Point) -> Vec<(KeyPath, KeyValue)> {
+    fn chosen(&self, point: &Point) -> Vec<Setting> {
         let keys = self.axes.iter().map(|axis| axis.key);
         keys.zip(point.values.iter().cloned()).collect()
     }

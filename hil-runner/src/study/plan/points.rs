@@ -87,10 +87,7 @@ impl Plan {
         let product = |product: u64, &count| product.checked_mul(count);
         let (mut points, mut directions) = (runs, Vec::new());
         match kind {
-            PlanKind::Grid => {
-                let product = counts.iter().try_fold(1_u64, product);
-                points = product.ok_or(TOO_MANY)?;
-            }
+            PlanKind::Grid => points = counts.iter().try_fold(1, product).ok_or(TOO_MANY)?,
             PlanKind::LatinHypercube | PlanKind::Random => {}
             PlanKind::Sobol if axes > MOST_SOBOL_AXES => {
                 return Err(format!(

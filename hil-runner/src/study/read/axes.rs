@@ -1,7 +1,5 @@
 //! From `[[axis]]` of a study file to axes.
 
-use toml::Spanned;
-
 use super::file::{AxisFile, Findings, StudyFile};
 use crate::study::picture::is_text;
 use crate::study::plan::axis::{Axis, AxisValue, Range, Scale, Spread};
@@ -32,8 +30,7 @@ pub(super) fn axes(file: &StudyFile, findings: &mut Findings<'_>) -> Vec<Axis> {
 fn axis(file: &AxisFile, key: KeyPath, others: &[Axis], plan: PlanKind) -> Result<Axis, String> {
     let path = key.path();
     if path == "controller.law" {
-        let words = "give the rungs at the top: rungs = [\"sampled\", \"quantised\"]";
-        return Err(words.to_owned());
+        return Err("give the rungs at the top: rungs = [\"sampled\", \"quantised\"]".to_owned());
     }
     if matches!(path.as_str(), "name" | "template") || matches!(key.section, "budget" | "target") {
         let words = "it changes nothing in the runs of a study; an axis is over a key that does";
@@ -51,7 +48,7 @@ fn axis(file: &AxisFile, key: KeyPath, others: &[Axis], plan: PlanKind) -> Resul
     let times = file.times.as_ref();
     let times = times.map(|times| KeyPath::find(times.get_ref()));
     let times = times.transpose()?;
-    let spread = spread(file, &key, times.is_some(), plan)?;
+    let spread = spread(file, &key, plan)?;
     Ok(Axis { key, spread, times })
 }
 
@@ -59,22 +56,17 @@ fn axis(file: &AxisFile, key: KeyPath, others: &[Axis], plan: PlanKind) -> Resul
 ///
 /// # Errors
 /// The sentence that says what is allowed.
-fn spread(
-    file: &AxisFile,
-    key: &KeyPath,
-    is_factor: bool,
-    plan: PlanKind,
-) -> Result<Spread, String> {
+fn spread(file: &AxisFile, key: &KeyPath, plan: PlanKind) -> Result<Spread, String> {
     if file.labels.is_some() && file.values.is_none() {
         return Err("labels are for a list of values".to_owned());
     }
-    if file.labels.is_some() && is_factor {
+    if file.labels.is_some() && file.times.is_some() {
         return Err("labels are for values, and not for factors of another key".to_owned());
     }
     let range =
         file.from.is_some() || file.to.is_some() || file.points.is_some() || file.scale.is_some();
     match (&file.values, range, &file.distribution) {
-        (Some(values), false, None) => list(values, file.labels.as_deref(), key, is_factor),
+        (Some(values), false, None) => list(file, values.get_ref(), key),
         (None, true, None) => {
             let (Some(from), Some(to)) = (file.from, file.to) else {
                 return Err("a range needs from and to".to_owned());
@@ -126,13 +118,8 @@ fn spread(
     }
 }
 
-fn list(
-    values: &Spanned<Vec<toml::Value>>,
-    labels: Option<&[String]>,
-    key: &KeyPath,
-    is_factor: bool,
-) -> Result<Spread, String> {
-    let values = values.get_ref();
+fn list(file: &AxisFile, values: &[toml::Value], key: &KeyPath) -> Result<Spread, String> {
+    let (labels, is_factor) = (file.labels.as_deref(), file.times.is_some());
     if values.is_empty() {
         return Err("the list of values is empty; an axis has at least one".to_owned());
     }

@@ -252,10 +252,10 @@ const LARGEST_FILE: u64 = 1 << 22;
 /// # Errors
 /// A sentence if there is none, or it is no text of a sensible size.
 pub(super) fn read(path: &str) -> Result<String, StudyFileError> {
-    let refuse = |sentence: String| StudyFileError::of(path, sentence);
+    let refuse = |sentence: &str| StudyFileError::of(path, sentence);
     let names = || ready::names().collect::<Vec<_>>().join(", ");
     let meta = std::fs::metadata(path).map_err(|error| {
-        refuse(match error.kind() {
+        refuse(&match error.kind() {
             std::io::ErrorKind::NotFound => {
                 format!("there is no such file; the ready studies are {}", names())
             }
@@ -264,11 +264,11 @@ pub(super) fn read(path: &str) -> Result<String, StudyFileError> {
     })?;
     if Path::new(path).join("study.json").is_file() {
         return Err(refuse(
-            "this is a folder of results; --row N runs one of its rows once more".to_owned(),
+            "this is a folder of results; --row N runs one of its rows once more",
         ));
     }
     if meta.is_dir() {
-        return Err(refuse(format!(
+        return Err(refuse(&format!(
             "this is a directory; give a study file (TOML) or a ready study: {}",
             names()
         )));
@@ -277,11 +277,9 @@ pub(super) fn read(path: &str) -> Result<String, StudyFileError> {
     let mut text = String::new();
     let file = std::fs::File::open(path);
     file.and_then(|file| file.take(LARGEST_FILE + 1).read_to_string(&mut text))
-        .map_err(|error| refuse(format!("cannot be read: {error}")))?;
+        .map_err(|error| refuse(&format!("cannot be read: {error}")))?;
     if text.len() as u64 > LARGEST_FILE {
-        return Err(refuse(
-            "more than 4 MiB; a study file has a few kilobytes".to_owned(),
-        ));
+        return Err(refuse("more than 4 MiB; a study file has a few kilobytes"));
     }
     Ok(text)
 }

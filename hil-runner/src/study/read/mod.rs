@@ -157,9 +157,8 @@ struct Reading<'t> {
 impl Reading<'_> {
     /// The name of the study, which is also that of a folder.
     fn name(&mut self, source_name: &str) -> String {
-        let stem = Path::new(source_name)
-            .file_stem()
-            .unwrap_or("study".as_ref());
+        let stem = Path::new(source_name).file_stem();
+        let stem = stem.unwrap_or("study".as_ref());
         let name = self.file.name.clone();
         let name = name.unwrap_or_else(|| stem.to_string_lossy().into_owned());
         let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
@@ -237,13 +236,11 @@ impl Reading<'_> {
             }
             let has_rungs =
                 self.file.rungs.is_some() && !around_base || self.changes.rungs.is_some();
-            if path == "controller.law" && has_rungs {
-                self.findings
-                    .push_whole(format!("{set} would be overridden by rungs"));
-            }
-            if let Some(axis) = over(&path) {
-                self.findings
-                    .push_whole(format!("{set} would be overridden by the axis over {axis}"));
+            let rungs = (path == "controller.law" && has_rungs).then(|| "rungs".to_owned());
+            let axis = over(&path).map(|axis| format!("the axis over {axis}"));
+            for other in rungs.into_iter().chain(axis) {
+                let words = format!("{set} would be overridden by {other}");
+                self.findings.push_whole(words);
             }
         }
         sets
@@ -348,23 +345,17 @@ impl Reading<'_> {
         let (file, findings) = (&self.file, &mut self.findings);
         let counts: Vec<u64> = self.axes.iter().map(Axis::count).collect();
         let runs = file.runs.as_ref().map(|runs| *runs.get_ref());
-        let refused = match (runs, file.plan) {
-            (Some(_), PlanKind::Grid) => Some(
+        let plan = match (runs, file.plan) {
+            (Some(_), PlanKind::Grid) => Err(
                 "runs is not allowed: the axes' values decide how many points a grid has"
                     .to_owned(),
             ),
-            (None, kind) if kind != PlanKind::Grid => Some(format!(
+            (None, kind) if kind != PlanKind::Grid => Err(format!(
                 "plan = {:?} needs runs, the number of its points",
                 kind.name()
             )),
-            (Some(0), _) => {
-                Some("runs = 0 is not allowed: a study has at least one run".to_owned())
-            }
-            _ => None,
-        };
-        let plan = match refused {
-            Some(sentence) => Err(sentence),
-            None => Plan::new(file.plan, &counts, runs.unwrap_or(0), file.seed),
+            (Some(0), _) => Err("runs = 0 is not allowed: a study has at least one run".to_owned()),
+            (runs, kind) => Plan::new(kind, &counts, runs.unwrap_or(0), file.seed),
         };
         let refuse = |sentence: String| match &file.runs {
             Some(runs) if sentence.starts_with("runs") => findings.push(runs.span(), sentence),
@@ -385,17 +376,16 @@ impl Reading<'_> {
 
     /// Refuses axes with times of a key that has no number of its own.
     fn refuse_unknown_times(&mut self) {
-        for axis in &self.axes {
+        let (rungs, axes, findings) = (&self.rungs, &self.axes, &mut self.findings);
+        for axis in axes {
             let Some(times) = &axis.times else { continue };
             let (key, path) = (axis.key.path(), times.path());
-            let other = self.axes.iter().find(|other| other.key.path() == path);
+            let other = axes.iter().find(|other| other.key.path() == path);
             let is_factor = |other: &Axis| other.times.is_some() && !other.is_of_base();
+            let has_own = |(_, base): &(Law, Template)| base.own_number(times).is_some();
             let has_number = match axis.is_of_base() {
-                true => self
-                    .rungs
-                    .first()
-                    .is_none_or(|(_, base)| base.own_number(times).is_some()),
-                false => has_number(times, &self.axes, &self.rungs),
+                true => rungs.first().is_none_or(has_own),
+                false => has_number(times, axes, rungs),
             };
             let what = match has_number {
                 _ if !axis.is_of_base() && other.is_some_and(is_factor) => {
@@ -404,8 +394,7 @@ impl Reading<'_> {
                 false => "has no number here",
                 true => continue,
             };
-            self.findings
-                .push_whole(format!("axis {key}: times = {path:?} {what}"));
+            findings.push_whole(format!("axis {key}: times = {path:?} {what}"));
         }
     }
 
@@ -472,10 +461,8 @@ fn has_number(key: &KeyPath, axes: &[Axis], rungs: &[(Law, Template)]) -> bool {
 fn changes_nothing(acts: Acts, rungs: &[(Law, Template)]) -> String {
     let names: Vec<&str> = rungs.iter().map(|(law, _)| law.name()).collect();
     let noun = if names.len() == 1 { "rung" } else { "rungs" };
-    let mut laws = Law::ALL.into_iter();
-    let first = laws
-        .find(|law| acts.on(*law, |_| false))
-        .map_or("", Law::name);
+    let first = Law::ALL.into_iter().find(|law| acts.on(*law, |_| false));
+    let first = first.map_or("", Law::name);
     format!(
         "changes nothing on {noun} {} of this study: it acts on {}; add rungs = [\"{first}\"] or give \
          --rungs {first}",

@@ -113,8 +113,7 @@ fn environment(base: &Template, rungs: Option<&[Law]>) -> Result<Environment<'st
             Some(asked) => asked.contains(rung),
             None => *rung == law || compared(rung),
         };
-        let rungs = Law::ALL.into_iter().filter(taken);
-        rungs.map(Law::name).collect()
+        Law::ALL.into_iter().filter(taken).map(Law::name).collect()
     });
     environment.add_function("refuse", |why: &str| -> Result<Value, Error> {
         Err(Error::new(ErrorKind::InvalidOperation, why.to_owned()))

@@ -4,7 +4,7 @@
 use hil_core::case::Law;
 use hil_core::runfile::{self, LISTS};
 use schemars::generate::SchemaSettings;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::file::StudyFile;
 
@@ -54,13 +54,7 @@ fn paths(sections: &Value) -> Vec<String> {
 fn set(mut sections: Value) -> Value {
     if let Some(sections) = sections.as_object_mut() {
         sections.retain(|name, _| LISTS.iter().all(|list| list.row.name != name));
-    }
-    for section in sections
-        .as_object_mut()
-        .into_iter()
-        .flat_map(Map::values_mut)
-    {
-        if let Some(section) = section.as_object_mut() {
+        for section in sections.values_mut().filter_map(Value::as_object_mut) {
             section.retain(|key, _| !matches!(key.as_str(), "required" | "allOf"));
         }
     }
@@ -101,10 +95,8 @@ fn tidy(value: &mut Value) {
                 *words = words.replace("\\[", "[").replace("\\]", "]");
             }
             if let Some(Value::Object(properties)) = object.get_mut("properties") {
-                *properties = std::mem::take(properties)
-                    .into_iter()
-                    .flat_map(named)
-                    .collect();
+                let keys = std::mem::take(properties).into_iter();
+                *properties = keys.flat_map(named).collect();
             }
         }
         _ => {}

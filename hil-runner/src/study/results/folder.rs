@@ -78,20 +78,19 @@ impl Results {
             _ => None,
         };
         if let Some((one, other)) = alone {
-            let words = format!("is there without {}", other.display());
-            return Err(damaged(one, words));
+            return Err(damaged(
+                one,
+                format!("is there without {}", other.display()),
+            ));
         }
         let mut journal = open(&journal_path)?;
-        match journal.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                return Err(ResultsError(format!(
-                    "{}: another process is at work on these results; wait for it, or give another folder with --out",
-                    folder.display()
-                )));
-            }
-            Err(TryLockError::Error(error)) => return Err(io(&journal_path)(error)),
-        }
+        journal.try_lock().map_err(|error| match error {
+            TryLockError::WouldBlock => ResultsError(format!(
+                "{}: another process is at work on these results; wait for it, or give another folder with --out",
+                folder.display()
+            )),
+            TryLockError::Error(error) => io(&journal_path)(error),
+        })?;
         let mut csv = open(&csv_path)?;
         let blocks = origin.own_blocks();
         let mut parquet = ParquetFile::create(folder, columns, &origin.metadata(command_line))?;

@@ -33,6 +33,13 @@ struct Filled {
 }
 
 impl Filled {
+    fn of(kind: ColumnKind) -> Self {
+        Self {
+            kind,
+            ..Self::default()
+        }
+    }
+
     fn add(&mut self, cell: &Cell) {
         match (self.kind, cell) {
             (ColumnKind::Number, Cell::Number(number)) => self.numbers.push(*number),
@@ -71,10 +78,7 @@ impl<W: Write + Send> Parquet<W> {
         columns: &[Column],
         metadata: &[(&str, String)],
     ) -> Result<Self, ParquetError> {
-        let filled = |column: &Column| Filled {
-            kind: column.kind,
-            ..Filled::default()
-        };
+        let filled = |column: &Column| Filled::of(column.kind);
         let pair = |(key, value): &(&str, String)| KeyValue::new((*key).to_owned(), value.clone());
         let properties = WriterProperties::builder()
             .set_compression(Compression::SNAPPY)
@@ -120,11 +124,7 @@ impl<W: Write + Send> Parquet<W> {
                 ColumnKind::Text => write::<ByteArrayType>(&mut column, &filled.texts, levels),
             }?;
             column.close()?;
-            filled.numbers.clear();
-            filled.whole.clear();
-            filled.flags.clear();
-            filled.texts.clear();
-            filled.levels.clear();
+            *filled = Filled::of(filled.kind);
         }
         group.close()?;
         self.rows = 0;

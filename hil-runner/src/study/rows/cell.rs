@@ -88,14 +88,11 @@ impl Cell {
     ///
     /// # Errors
     /// Those of the writer.
-    fn write(
-        &self,
-        writer: &mut csv::Writer<Vec<u8>>,
-        buffer: &mut ryu::Buffer,
-    ) -> csv::Result<()> {
+    fn write(&self, writer: &mut csv::Writer<Vec<u8>>) -> csv::Result<()> {
         match self {
             Self::Empty => writer.write_field(b""),
             Self::Number(number) => {
+                let mut buffer = ryu::Buffer::new();
                 let text = buffer.format_finite(*number);
                 // Whole numbers without the fraction that says so.
                 writer.write_field(text.strip_suffix(".0").unwrap_or(text))
@@ -131,16 +128,14 @@ pub(super) fn to_csv(rows: &[Vec<Cell>]) -> csv::Result<Vec<u8>> {
     let mut writer = csv::WriterBuilder::new()
         .buffer_capacity(1 << 14)
         .from_writer(Vec::with_capacity(bytes_a_row * rows.len()));
-    let mut buffer = ryu::Buffer::new();
     for row in rows {
         for cell in row {
-            cell.write(&mut writer, &mut buffer)?;
+            cell.write(&mut writer)?;
         }
         writer.write_record(None::<&[u8]>)?;
     }
-    writer
-        .into_inner()
-        .map_err(|error| csv::Error::from(error.into_error()))
+    let written = writer.into_inner();
+    written.map_err(|error| csv::Error::from(error.into_error()))
 }
 
 #[cfg(test)]

@@ -112,13 +112,12 @@ pub fn make<E: From<EngineError> + Send>(
                 let rows = maker.rows(study.rows_of(number));
                 // A vector takes the bytes; nothing can fail.
                 let csv = to_csv(&rows).unwrap_or_default();
-                let crc = checksum(&csv);
                 let block = Block {
                     number,
                     rows,
+                    crc: checksum(&csv),
                     csv,
-                    crc,
-                    one_by_one: maker.take_one_by_one(),
+                    one_by_one: maker.runs.take_one_by_one(),
                 };
                 if give.send(block).is_err() {
                     return;

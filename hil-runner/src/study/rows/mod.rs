@@ -4,8 +4,6 @@ pub(super) mod beside;
 pub(super) mod cell;
 pub(super) mod engine;
 
-use std::collections::BTreeMap;
-
 use self::beside::{DIFFERENCES, differences, feeding};
 use self::cell::{Cell, Column, ColumnKind};
 use super::plan::axis::AxisValue;
@@ -14,7 +12,7 @@ use hil_core::budget::least_relative_margin;
 use hil_core::case::Case;
 use hil_core::error::{RunError, explain};
 use hil_core::figures::SUMMARY_FIGURES;
-use hil_core::lanes::{OneByOne, Runs};
+use hil_core::lanes::Runs;
 use hil_core::runfile::Kind;
 use hil_core::summary::Summary;
 
@@ -200,11 +198,6 @@ impl<'s> RowMaker<'s> {
             row
         });
         rows.collect()
-    }
-
-    /// How many runs since this was last asked were made by themselves, and why.
-    pub fn take_one_by_one(&mut self) -> BTreeMap<OneByOne, u64> {
-        self.runs.take_one_by_one()
     }
 
     /// Number, axes and rung.

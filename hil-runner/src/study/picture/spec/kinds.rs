@@ -33,7 +33,7 @@ pub struct Lines {
 }
 
 /// One plot of a picture of lines.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Panel {
     /// Simulated columns: marks and lines.
@@ -108,10 +108,7 @@ pub(super) struct LinesKeys {
 impl Lines {
     pub(super) fn read(table: toml::Table) -> Result<Self, String> {
         let keys: LinesKeys = kind_keys(table, &["x", "y"], |_| Ok(()))?;
-        let says_nothing = keys.y.is_empty()
-            && keys.theory.is_empty()
-            && keys.y_axis.is_none()
-            && keys.limit.is_none();
+        let has_axis = keys.y_axis.is_some();
         let own = Panel {
             y: keys.y,
             theory: keys.theory,
@@ -121,7 +118,7 @@ impl Lines {
         let panels = if keys.panel.is_empty() {
             own.check()?;
             vec![own]
-        } else if says_nothing {
+        } else if !has_axis && own == Panel::default() {
             let panels = keys.panel.into_iter();
             let panels = panels.map(|table| kind_keys(table, &["y"], Panel::check));
             panels.collect::<Result<_, _>>()?
@@ -305,17 +302,13 @@ impl Limit {
         column: &str,
         budget: &impl Fn(&str) -> Option<f64>,
     ) {
-        let Some(asked) = limit.as_mut() else {
-            return;
-        };
-        asked.at_least = figures::find(column).is_some_and(|figure| figure.at_least);
-        if !asked.of_budget {
-            return;
-        }
-        match budget(column) {
-            Some(value) => (asked.value, asked.of_budget) = (value, false),
-            None => *limit = None,
-        }
+        *limit = limit.take().and_then(|mut limit| {
+            limit.at_least = figures::find(column).is_some_and(|figure| figure.at_least);
+            if limit.of_budget {
+                (limit.value, limit.of_budget) = (budget(column)?, false);
+            }
+            Some(limit)
+        });
     }
 
     /// True if a value keeps it.
@@ -362,23 +355,18 @@ impl<'de> Deserialize<'de> for Limit {
             Budget,
         }
         #[derive(Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct Table {
-            value: Value,
-            label: Option<String>,
-        }
-        #[derive(Deserialize)]
         #[serde(
             untagged,
+            deny_unknown_fields,
             expecting = "limit must be a number, \"budget\" or { value = …, label = \"…\" }"
         )]
         enum Keys {
             Value(Value),
-            Table(Table),
+            Table { value: Value, label: Option<String> },
         }
         let (value, label) = match Keys::deserialize(deserializer)? {
             Keys::Value(value) => (value, None),
-            Keys::Table(table) => (table.value, table.label),
+            Keys::Table { value, label } => (value, label),
         };
         let (value, of_budget) = match value {
             Value::Number(value) => (value, false),

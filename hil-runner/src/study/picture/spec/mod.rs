@@ -252,31 +252,23 @@ impl Picture {
     /// The columns that the picture needs, so that a study file can be held
     /// against its results before they exist.
     pub fn columns(&self) -> Vec<&str> {
-        let conditions = self.conditions.iter();
-        let mut names: Vec<&str> = conditions.map(|of| of.column.as_str()).collect();
-        match &self.kind {
+        let (named, others): (Vec<&String>, Vec<&Option<String>>) = match &self.kind {
             Kind::Lines(lines) => {
-                names.push(&lines.x);
-                names.extend(lines.series.as_deref());
-                for panel in &lines.panels {
-                    names.extend(panel.y.iter().chain(&panel.theory).map(String::as_str));
-                }
+                let panels = lines.panels.iter();
+                let of_panels = panels.flat_map(|panel| panel.y.iter().chain(&panel.theory));
+                (of_panels.chain([&lines.x]).collect(), vec![&lines.series])
             }
-            Kind::Map(map) => {
-                names.extend([map.x.as_str(), &map.y, &map.z]);
-                let further = [&map.pass, &map.status, &map.contours_of];
-                names.extend(further.into_iter().flatten().map(String::as_str));
-            }
-            Kind::Bars(bars) => {
-                names.extend([bars.category.as_str(), &bars.y]);
-                names.extend(bars.series.as_deref());
-            }
-            Kind::Histogram(histogram) => names.push(&histogram.x),
-            Kind::Scatter(scatter) => {
-                names.extend([scatter.x.as_str(), &scatter.y]);
-                names.extend(scatter.pass.as_deref());
-            }
-        }
+            Kind::Map(map) => (
+                vec![&map.x, &map.y, &map.z],
+                vec![&map.pass, &map.status, &map.contours_of],
+            ),
+            Kind::Bars(bars) => (vec![&bars.category, &bars.y], vec![&bars.series]),
+            Kind::Histogram(histogram) => (vec![&histogram.x], Vec::new()),
+            Kind::Scatter(scatter) => (vec![&scatter.x, &scatter.y], vec![&scatter.pass]),
+        };
+        let conditions = self.conditions.iter().map(|of| &of.column);
+        let names = named.into_iter().chain(others.into_iter().flatten());
+        let mut names: Vec<&str> = names.chain(conditions).map(String::as_str).collect();
         names.sort_unstable();
         names.dedup();
         names
