@@ -79,10 +79,9 @@ impl Ladder {
             junit.verdicts(&name, summary, summary.verdicts.iter());
         }
         if let Err(error) = &made {
-            junit.error(&self.case, error);
+            junit.unmade(&self.case, Some(error));
         }
-        let written = junit.write();
-        made.and_then(|_| written.map(|()| true))
+        made.and(junit.write()).map(|()| true)
     }
 
     fn outputs(&self) -> Vec<&Path> {

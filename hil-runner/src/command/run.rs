@@ -169,14 +169,11 @@ impl Run {
         let unreadable: Vec<_> = unreadable.collect();
         let all_read = unreadable.iter().all(Option::is_none);
         for (i, (case, own)) in cases.iter().zip(&unreadable).enumerate().skip(made) {
-            match own {
-                Some(own) => junit.error(case, own),
-                None if all_read && i == made => junit.error(case, error),
-                None => junit.skipped(case),
-            }
+            let here = (all_read && i == made).then_some(error);
+            junit.unmade(case, own.as_ref().or(here));
         }
         if made == cases.len() {
-            junit.error(env!("CARGO_PKG_NAME"), error);
+            junit.unmade(env!("CARGO_PKG_NAME"), Some(error));
         }
     }
 
