@@ -18,6 +18,7 @@ use hil_runner::files::{self, same_file};
 use hil_runner::host::LinkKind;
 use hil_runner::live::{Images, Live, LiveCase};
 use serde::Serialize;
+use serde_json::Value;
 
 use super::terminal::{self, tell};
 
@@ -167,20 +168,15 @@ pub(super) fn once_each(
 
 /// What cases have in JSON: that of one case as it is, that of several as a list in
 /// their order.
-#[derive(Debug, Serialize)]
-#[serde(untagged)]
-pub(super) enum OfCases<'v, T> {
-    One(&'v T),
-    Several(&'v [T]),
-}
-
-impl<'v, T> From<&'v [T]> for OfCases<'v, T> {
-    fn from(values: &'v [T]) -> Self {
-        match values {
-            [one] => Self::One(one),
-            several => Self::Several(several),
-        }
-    }
+pub(super) fn of_cases(
+    values: impl IntoIterator<Item = impl Serialize>,
+) -> serde_json::Result<Value> {
+    let values = values.into_iter().map(serde_json::to_value);
+    let mut values = values.collect::<Result<Vec<_>, _>>()?;
+    Ok(match values.len() {
+        1 => values.remove(0),
+        _ => values.into(),
+    })
 }
 
 /// The label of the second run of a case.

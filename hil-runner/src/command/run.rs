@@ -21,7 +21,7 @@ use hil_runner::report::{self, command_line, each_with};
 use super::junit::Junit;
 use super::measured::{self, LogOption};
 use super::options::{
-    Cases, LINK_HELP, LinkName, OfCases, Sets, again, explain, live, live_case, make_out_folder,
+    Cases, LINK_HELP, LinkName, Sets, again, explain, live, live_case, make_out_folder, of_cases,
     once_each, refuse_other_laws, refuse_profiles, refuse_shared_paths, warn,
 };
 use super::terminal::{self, Progress, TimeLimit};
@@ -236,8 +236,7 @@ impl Run {
         if let Some(chip) = &chip {
             chip.tell();
         }
-        let summaries: Vec<_> = runs.iter().map(|run| &run.outcome.summary).collect();
-        let summaries = OfCases::from(summaries.as_slice());
+        let summaries = of_cases(runs.iter().map(|run| &run.outcome.summary))?;
         if let Some(file) = summary {
             file.write_json(&summaries)?;
         }
