@@ -22,10 +22,10 @@ use hil_runner::study::{
 use plant::Course;
 use serde_json::{Value, json};
 
-use super::options::{Sets, live, warn};
+use super::options::{Sets, live_if, warn};
 use super::run::Run;
 use super::schema::SchemaOf;
-use super::terminal::{self, check_signals, say, tell, watch_signals_aloud};
+use super::terminal::{self, check_signals, say, tell, watch_signals};
 
 /// Run one case over many values of its keys
 #[derive(Debug, Args)]
@@ -210,7 +210,8 @@ impl StudyCommand {
         let file = RunFile::parse(&base, &origin.base_text, &sets, profile)?;
         let run = Run::of_row(base, Sets { sets }, report, trace);
         let passes = run.make(Ok(vec![file]), None, "")?;
-        run.say(&(written + &format!("the same run: {}\n", run.command_line())))?;
+        let again = format!("the same run: {}\n", run.command_line());
+        terminal::print_beside(&run.outputs(), &(written + &again))?;
         Ok(passes)
     }
 }
@@ -227,7 +228,7 @@ fn fill(
         let folder = results.folder().display();
         tell!("{folder}: {done} of {of} rows are there already\n");
     }
-    watch_signals_aloud(
+    watch_signals(
         "ending after the runs under way; a second signal (Ctrl-C) ends at once, and loses nothing either\n",
     );
     let template = "{prefix}: {bar:30} {human_pos} of {human_len} runs, {per_sec}, {eta} left";
@@ -339,14 +340,8 @@ impl Merge {
 /// The simulator of a study's base for its report, where it is asked for.
 fn live_of(study: &Study, is_asked: bool) -> anyhow::Result<Option<Live>> {
     let template = study.template();
-    let of = || {
-        live(LiveCase::new(
-            template.source_name(),
-            template.text(),
-            &study.sets,
-        )?)
-    };
-    is_asked.then(of).transpose()
+    let (file, text) = (template.source_name(), template.text());
+    live_if(is_asked, || Ok(LiveCase::new(file, text, &study.sets)?))
 }
 
 /// Prints the table, writes pictures and report; whether enough runs pass.

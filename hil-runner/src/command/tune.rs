@@ -28,8 +28,8 @@ mod settings_file;
 mod tables;
 
 use self::settings_file::{SettingsError, SettingsFile};
-use super::options::{Sets, live};
-use super::terminal::{self, check_signals, tell, watch_signals_aloud};
+use super::options::{Sets, live_if};
+use super::terminal::{self, check_signals, tell, watch_signals};
 
 /// Runs that a search may make for one axis, and for each of several.
 const RUNS: u64 = 10_000;
@@ -206,8 +206,9 @@ impl Tune {
     fn live(&self, input: &Input) -> anyhow::Result<Option<Live>> {
         let sets = input.sets.iter().filter(|set| !is_of_tune(set)).cloned();
         let sets: Vec<String> = sets.collect();
-        let of = || live(LiveCase::new(&self.case, &input.text, &sets)?);
-        self.live.then(of).transpose()
+        live_if(self.live, || {
+            Ok(LiveCase::new(&self.case, &input.text, &sets)?)
+        })
     }
 
     /// Writes the page, before and after over each other; the sentences that it has, for the
@@ -257,7 +258,7 @@ impl Tune {
         known: &mut SettingsFile,
         team: &Team,
     ) -> anyhow::Result<Option<Found>> {
-        watch_signals_aloud("ending after the runs under way; nothing is lost\n");
+        watch_signals("ending after the runs under way; nothing is lost\n");
         let bar = terminal::bar("tune", budget[0], BAR);
         let starts = prepared.starts.iter();
         let starts: Vec<Vec<f64>> = starts.filter_map(|row| row.with.clone().ok()).collect();
