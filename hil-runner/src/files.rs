@@ -98,19 +98,15 @@ pub fn profile(run_file: &str, path: &str) -> Result<String, String> {
 /// # Errors
 /// One sentence if the file is missing, is not a file or has no text.
 fn read(path: &str) -> Result<String, RunFileErrors> {
-    let refuse = |why: &str| RunFileErrors::unreadable(path, why.to_owned());
-    if path.is_empty() {
-        return Err(refuse("the name of the run file is empty"));
-    }
-    if Path::new(path).is_dir() {
-        let words = "this is a directory; give a run file (TOML) or a built-in case";
-        return Err(refuse(words));
-    }
-    if path == STANDARD {
-        let words = "standard input is read once, and this needs its base again; give a run file";
-        return Err(refuse(words));
-    }
-    contents(Path::new(path), || not_found(path), OF_RUN_FILE).map_err(|why| refuse(&why))
+    let refuse = |why| RunFileErrors::unreadable(path, why);
+    let file = Path::new(path);
+    let why = match path {
+        "" => "the name of the run file is empty",
+        _ if file.is_dir() => "this is a directory; give a run file (TOML) or a built-in case",
+        STANDARD => "standard input is read once, and this needs its base again; give a run file",
+        _ => return contents(file, || not_found(path), OF_RUN_FILE).map_err(refuse),
+    };
+    Err(refuse(why.to_owned()))
 }
 
 /// The text of a file, or why there is none; `usual` says how large such files are.
@@ -228,14 +224,12 @@ impl OutputFile {
     pub fn commit(self) -> io::Result<()> {
         let path = self.path;
         let commit = |sink: BufWriter<Sink>| -> io::Result<()> {
-            match sink.into_inner().map_err(|error| error.into_error())? {
-                Sink::Stdout(mut stdout) => hung_up_is_fine(stdout.flush(), ()),
-                Sink::Direct(mut file) => file.flush(),
-                Sink::Renamed(file, target) => {
-                    file.persist(target).map_err(|error| error.error)?;
-                    Ok(())
-                }
+            let mut sink = sink.into_inner().map_err(|error| error.into_error())?;
+            sink.flush()?;
+            if let Sink::Renamed(file, target) = sink {
+                file.persist(target).map_err(|error| error.error)?;
             }
+            Ok(())
         };
         commit(self.sink).map_err(|error| named(&path, &error))
     }
@@ -269,10 +263,8 @@ pub fn same_file(one: &Path, other: &Path) -> bool {
 
 /// The folder that a path lies in.
 fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    }
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    folder.unwrap_or(Path::new("."))
 }
 
 impl Write for OutputFile {
@@ -286,29 +278,31 @@ impl Write for OutputFile {
     }
 }
 
-/// A reader of standard output that hangs up has what it wanted.
-fn hung_up_is_fine<T>(result: io::Result<T>, otherwise: T) -> io::Result<T> {
-    match result {
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(otherwise),
-        result => result,
+impl Sink {
+    /// Does something to it; a reader of standard output that hangs up has what it wanted.
+    fn with<T>(
+        &mut self,
+        hung_up: T,
+        act: impl FnOnce(&mut dyn Write) -> io::Result<T>,
+    ) -> io::Result<T> {
+        match self {
+            Self::Stdout(stdout) => match act(stdout) {
+                Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(hung_up),
+                result => result,
+            },
+            Self::Direct(file) => act(file),
+            Self::Renamed(file, _) => act(file),
+        }
     }
 }
 
 impl Write for Sink {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        match self {
-            Self::Stdout(stdout) => hung_up_is_fine(stdout.write(bytes), bytes.len()),
-            Self::Direct(file) => file.write(bytes),
-            Self::Renamed(file, _) => file.write(bytes),
-        }
+        self.with(bytes.len(), |sink| sink.write(bytes))
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        match self {
-            Self::Stdout(stdout) => hung_up_is_fine(stdout.flush(), ()),
-            Self::Direct(file) => file.flush(),
-            Self::Renamed(file, _) => file.flush(),
-        }
+        self.with((), |sink| sink.flush())
     }
 }
 

@@ -128,13 +128,10 @@ impl Link for ChannelLink {
 pub fn timed_run(
     case: &Case,
     link: LinkKind,
-    options: RunOptions,
+    mut options: RunOptions,
     sink: &mut RowSink<'_>,
 ) -> Result<CaseRun, RunError> {
-    let options = RunOptions {
-        inputs: true,
-        ..options
-    };
+    options.inputs = true;
     let (Law::Sampled | Law::Quantised | Law::Firmware, Some(period_ns)) =
         (case.controller.law, case.controller.sample_time_ns)
     else {

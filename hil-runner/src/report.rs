@@ -201,11 +201,11 @@ pub fn command_line<'w>(words: impl IntoIterator<Item = &'w str>) -> String {
 }
 
 /// An option that is given once for each of its values.
-pub fn each_with<'w>(
+pub fn each_with<'w, V: AsRef<str> + 'w>(
     option: &'w str,
-    values: impl IntoIterator<Item = &'w String>,
+    values: impl IntoIterator<Item = &'w V>,
 ) -> impl Iterator<Item = &'w str> {
-    let pair = move |value: &'w String| [option, value.as_str()];
+    let pair = move |value: &'w V| [option, value.as_ref()];
     values.into_iter().flat_map(pair)
 }
 

@@ -16,7 +16,7 @@ use hil_runner::chip::spec::{Target, Transport};
 use hil_runner::files::OutputFile;
 use serde_json::{Value, json};
 
-use super::terminal::{self, table, tell};
+use super::terminal::{self, table, tell, tell_line};
 
 /// Measure what the controller costs on chips, and hold it against the goldens
 ///
@@ -25,9 +25,7 @@ use super::terminal::{self, table, tell};
 /// state; asks the images for their flash, RAM and deepest stack. Figures beyond
 /// the tolerance of firmware/cortex-m/goldens/<TARGET>.toml fail, better ones too.
 #[derive(Debug, Args)]
-#[command(
-    after_help = include_str!("help/budget.txt").trim_ascii_end()
-)]
+#[command(after_help = include_str!("help/budget.txt").trim_ascii_end())]
 pub(crate) struct Budget {
     /// Targets: m4, m0, m3, rv32; without any, all that can be run in QEMU here
     #[arg(value_name = "TARGET", value_parser = target)]
@@ -67,8 +65,7 @@ impl Budget {
         let mut values = Vec::new();
         for target in here {
             let path = goldens_of(target);
-            let mut tell = |text: &str| tell!("{text}\n");
-            let measured = measure(target, &mut tell).with_context(|| target.name())?;
+            let measured = measure(target, &mut tell_line).with_context(|| target.name())?;
             let known = Goldens::read(&path)?;
             if self.bless {
                 bless(&measured, &known, &path)?;

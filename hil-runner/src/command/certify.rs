@@ -1,7 +1,6 @@
 //! `hil-runner certify`: the controller on chips held against the one that was
 //! simulated.
 
-use std::fmt;
 use std::str::FromStr;
 
 use anyhow::{anyhow, bail};
@@ -22,7 +21,7 @@ use serde_json::{Value, json};
 #[cfg(unix)]
 use super::flips;
 use super::options::{Cases, OpenChip, Sets, explain, live_case, refuse_other_laws};
-use super::terminal::{self, Progress, check_signals, tell};
+use super::terminal::{self, Progress, check_signals, tell, tell_line};
 
 /// Hold the controller on chips against the host's, bit for bit
 ///
@@ -31,9 +30,7 @@ use super::terminal::{self, Progress, check_signals, tell};
 /// replays the firmware's golden vectors on the chip. The trace hash is over all
 /// steps of all cases.
 #[derive(Debug, Args)]
-#[command(
-    after_help = include_str!("help/certify.txt").trim_ascii_end()
-)]
+#[command(after_help = include_str!("help/certify.txt").trim_ascii_end())]
 pub(crate) struct Certify {
     #[command(flatten)]
     cases: Cases,
@@ -84,21 +81,12 @@ impl FromStr for Held {
     }
 }
 
-impl fmt::Display for Held {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Chip(link) => link.fmt(f),
-            Self::Page => f.write_str(PAGE),
-        }
-    }
-}
-
 /// A computation, and its place.
 #[derive(Debug, Default)]
 struct Certificate {
-    /// What is held; none is the host itself.
-    held: Option<Held>,
-    /// CRC-32 of the chip's image.
+    /// What is held, by its name, or the host itself.
+    target: String,
+    /// CRC-32 of the chip's image; the host has none.
     image: Option<u32>,
     /// Over the steps of the cases.
     hash: TraceHash,
@@ -130,16 +118,10 @@ impl Compared {
 impl Certificate {
     /// The first differences, a line each.
     fn differences(&self) -> String {
-        let target = self.target();
+        let target = &self.target;
         let parts = [&self.cases, &self.vectors, &self.runs].into_iter();
         let found = parts.filter_map(|part| part.all.difference.as_ref());
         found.map(|found| format!("{target}: {found}\n")).collect()
-    }
-
-    /// The target's name: that of the link, or the host.
-    fn target(&self) -> String {
-        let held = self.held.as_ref().map(ToString::to_string);
-        held.unwrap_or_else(|| "host".to_owned())
     }
 
     /// CRC-32 of the image in hexadecimal digits.
@@ -156,13 +138,13 @@ impl Certificate {
             })
         };
         let mut json = json!({
-            "target": self.target(),
+            "target": self.target,
             "image": self.image(),
             "trace_hash": self.hash.to_string(),
             "cases": part(&self.cases, "cases", "steps"),
             "vectors": part(&self.vectors, "files", "rows"),
         });
-        if self.held == Some(Held::Page) {
+        if self.runs.begun > 0 {
             json["runs"] = part(&self.runs, "runs", "numbers");
         }
         json
@@ -179,10 +161,9 @@ impl Certify {
             let because = "host and chip run in loops of their own, which need one delay: a time";
             bail!("{}", file.refuse("controller.computation_delay_s", because));
         }
-        let links = if self.links.is_empty() {
-            installed_links()?
-        } else {
-            self.links.clone()
+        let links = match self.links.is_empty() {
+            true => installed_links()?,
+            false => self.links.clone(),
         };
         #[cfg(unix)]
         if let Some(count) = self.flips {
@@ -193,7 +174,7 @@ impl Certify {
             let links: Vec<ChipLink> = links.iter().map(chip).collect::<Result<_, _>>()?;
             return flips::execute(&files, &links, count.get(), self.seed);
         }
-        let (bench, host) = Bench::on_host(&files, stored())?;
+        let (bench, host) = Bench::on_host(&files)?;
         let rows = host.vectors.all.compared;
         let mut certificates = vec![host];
         let mut errors = Vec::new();
@@ -251,12 +232,13 @@ struct Bench<'f> {
 }
 
 impl<'f> Bench<'f> {
-    fn on_host(
-        files: &'f [RunFile],
-        vectors: Vec<VectorFile>,
-    ) -> anyhow::Result<(Self, Certificate)> {
+    fn on_host(files: &'f [RunFile]) -> anyhow::Result<(Self, Certificate)> {
+        let vectors = stored();
         let mut hosts = Vec::with_capacity(files.len());
-        let mut certificate = Certificate::default();
+        let mut certificate = Certificate {
+            target: "host".to_owned(),
+            ..Certificate::default()
+        };
         for file in files {
             let mut progress = Progress::of(&file.case);
             let host = HostTrace::record(&file.case, &mut |row| progress.row(row));
@@ -282,7 +264,7 @@ impl<'f> Bench<'f> {
 
     fn of_chip(&self, link: &ChipLink, rows: u64) -> anyhow::Result<Certificate> {
         let mut chip = OpenChip::open(link)?;
-        let certificate = self.over(Held::Chip(link.clone()), &mut chip.client, rows)?;
+        let certificate = self.over(link.to_string(), &mut chip.client, rows)?;
         chip.tell();
         Ok(certificate)
     }
@@ -290,10 +272,9 @@ impl<'f> Bench<'f> {
     /// The cases step by step and the vectors with the firmware in a page's simulator, and the
     /// cases as whole runs on every rung.
     fn of_page(&self, cases: &[LiveCase], rows: u64) -> anyhow::Result<Certificate> {
-        let mut tell = |text: &str| tell!("{text}\n");
-        let image = Images::find(&mut tell)?.simulator;
-        let line = PageLine::new(Page::start(&image)?);
-        let mut certificate = self.over(Held::Page, &mut Client::greet(Box::new(line))?, rows)?;
+        let image = Images::find(&mut tell_line)?.simulator;
+        let mut client = Client::greet(Box::new(PageLine::new(Page::start(&image)?)))?;
+        let mut certificate = self.over(PAGE.to_owned(), &mut client, rows)?;
         let mut page = Page::start(&image)?;
         certificate.image = Some(page.crc());
         let runs = cases.len() * Law::ALL.len();
@@ -310,35 +291,35 @@ impl<'f> Bench<'f> {
     }
 
     /// The cases step by step, then the vectors.
-    fn over(&self, held: Held, client: &mut Client, rows: u64) -> anyhow::Result<Certificate> {
+    fn over(&self, target: String, client: &mut Client, rows: u64) -> anyhow::Result<Certificate> {
         let mut certificate = Certificate {
             image: Some(client.identity().image_crc),
             ..Certificate::default()
         };
         for (file, host) in self.files.iter().zip(&self.hosts) {
-            let mut progress =
-                Progress::labelled(&file.case, &format!("{held}, {}", file.case.name));
+            let label = format!("{target}, {}", file.case.name);
+            let mut progress = Progress::labelled(&file.case, &label);
             let mut sink = |row: &_| progress.row(row);
             // Times are no part of what is compared.
             let law = ChipLaw::new(client, &file.case, true);
             let compared =
                 law.and_then(|mut law| host.compare(&mut law, &mut certificate.hash, &mut sink));
             let compared =
-                compared.map_err(|error| explain(file, error).context(held.to_string()))?;
+                compared.map_err(|error| explain(file, error).context(target.clone()))?;
             if certificate.cases.add(compared) {
                 break;
             }
         }
-        let mut progress = Progress::of_rows(&format!("{held}, vectors"), rows);
+        let mut progress = Progress::of_rows(&format!("{target}, vectors"), rows);
         let mut on_row = || progress.one();
         for file in &self.vectors {
             let replayed =
-                replay(client, file, &mut on_row).map_err(|error| anyhow!("{held}: {error}"))?;
+                replay(client, file, &mut on_row).map_err(|error| anyhow!("{target}: {error}"))?;
             if certificate.vectors.add(replayed) {
                 break;
             }
         }
-        certificate.held = Some(held);
+        certificate.target = target;
         Ok(certificate)
     }
 }
@@ -351,9 +332,8 @@ fn table(certificates: &[Certificate]) -> String {
         header += "|whole\nruns|numbers|";
     }
     let rows = certificates.iter().map(|certificate| {
-        let held = &certificate.held;
         let part = |Compared { begun, all }: &Compared| {
-            let verdict = match (held, &all.difference) {
+            let verdict = match (certificate.image, &all.difference) {
                 (None, _) => "",
                 (Some(_), None) => "same",
                 (Some(_), Some(_)) => "differs",
@@ -362,11 +342,9 @@ fn table(certificates: &[Certificate]) -> String {
             [begun.to_string(), compared, verdict.to_owned()]
         };
         let image = certificate.image();
-        let own = [
-            certificate.target(),
-            image.unwrap_or_else(|| number::MISSING.to_owned()),
-            certificate.hash.to_string(),
-        ];
+        let image = image.unwrap_or_else(|| number::MISSING.to_owned());
+        let hash = certificate.hash.to_string();
+        let own = [certificate.target.clone(), image, hash];
         let mut row = [own, part(&certificate.cases), part(&certificate.vectors)].concat();
         match certificate.runs.begun {
             0 if has_runs => row.extend([number::MISSING, number::MISSING, ""].map(str::to_owned)),

@@ -12,7 +12,7 @@ use hil_runner::chip::spec::{ChipLink, Transport};
 use rayon::prelude::*;
 
 use super::options::explain;
-use super::terminal::{self, Progress, check_signals, tell};
+use super::terminal::{self, Progress, check_signals, tell_line};
 
 /// Flips so many instructions at the end of every link; true if all are found.
 pub(super) fn execute(
@@ -22,17 +22,11 @@ pub(super) fn execute(
     seed: u64,
 ) -> anyhow::Result<bool> {
     const TRANSPORT: Transport = Transport::Fifo;
-    let mut targets = Vec::new();
-    for link in links {
-        match link {
-            ChipLink::Qemu { target, transport } if *transport == TRANSPORT => {
-                targets.push(*target);
-            }
-            other => {
-                bail!("--flips needs an image in QEMU, --link qemu[:m4|m0|m3|rv32], not {other}")
-            }
-        }
-    }
+    let target = |link: &ChipLink| match link {
+        ChipLink::Qemu { target, transport } if *transport == TRANSPORT => Ok(*target),
+        other => bail!("--flips needs an image in QEMU, --link qemu[:m4|m0|m3|rv32], not {other}"),
+    };
+    let targets = links.iter().map(target).collect::<Result<Vec<_>, _>>()?;
     let vectors = stored();
     let mut hosts = Vec::with_capacity(files.len());
     for file in files {
@@ -43,8 +37,8 @@ pub(super) fn execute(
     let mut pass = true;
     for target in targets {
         let name = target.name();
-        let mut tell = |text: &str| tell!("{text}\n");
-        let image = Finder::from_environment().image(target, TRANSPORT.image(), &mut tell)?;
+        let finder = Finder::from_environment();
+        let image = finder.image(target, TRANSPORT.image(), &mut tell_line)?;
         let campaign = Campaign::new(target, &image, &vectors, &hosts).context(name)?;
         let flips = campaign.draw(count, seed).context("--flips")?;
         let template = "{prefix}: {bar:30} {pos} flips, {eta} left";
@@ -82,23 +76,13 @@ fn table(ends: &[(Flip, Outcome)], survived: usize) -> String {
             ends.iter().filter(|(_, end)| is(end)).count()
         };
         let found = [Place::Start, Place::Vectors, Place::Cases].map(at);
-        let numbers = found
-            .iter()
-            .chain([&found.iter().sum()])
-            .map(ToString::to_string)
-            .collect();
-        [vec![name.to_owned()], numbers].concat()
+        let [start, vectors, cases] = found.map(|number| number.to_string());
+        let all = found.iter().sum::<usize>().to_string();
+        [name.to_owned(), start, vectors, cases, all]
     };
-    let mut rows = KINDS
-        .map(|(kind, name)| row(name, &|other| other == kind))
-        .to_vec();
-    rows.push(row("found", &|_| true));
-    let survived = survived.to_string();
-    rows.push(
-        ["survived", "", "", "", &survived]
-            .map(str::to_owned)
-            .to_vec(),
-    );
+    let kinds = KINDS.map(|(kind, name)| row(name, &|other| other == kind));
+    let survived = ["survived", "", "", "", &survived.to_string()].map(str::to_owned);
+    let rows = kinds.into_iter().chain([row("found", &|_| true), survived]);
     terminal::table(["", "start", "vectors", "cases", "flips"], 1, rows)
 }
 
@@ -113,10 +97,9 @@ fn survivors(campaign: &Campaign<'_>, ends: &[(Flip, Outcome)]) -> (String, usiz
         *flips += 1;
         if let Outcome::Survived { text, remarks } = end {
             let line = format!("  {address:#010x}: {} → {text}", before.text);
-            let remarks = remarks
-                .iter()
-                .map(|remark| format!("\n              {remark}"));
-            survivors.insert(*address, line + &remarks.collect::<String>() + "\n");
+            let remark = |remark: &String| format!("\n              {remark}");
+            let remarks: String = remarks.iter().map(remark).collect();
+            survivors.insert(*address, line + &remarks + "\n");
         }
     }
     let counts = functions.values().map(|(_, survivors)| survivors.len());

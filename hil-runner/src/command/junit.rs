@@ -26,9 +26,6 @@ pub(super) struct Junit {
 struct Suite {
     name: String,
     tests: Vec<Test>,
-    failures: usize,
-    errors: usize,
-    skipped: usize,
 }
 
 /// A limit with the reason why it does not hold, or a run with that why there is none.
@@ -68,45 +65,28 @@ impl Junit {
         self.add(name, verdicts.map(test).collect());
     }
 
-    /// Adds a run that could not be made, and why.
-    pub(super) fn error(&mut self, name: &str, error: &anyhow::Error) {
+    /// Adds a run that could not be made, and why; without a reason, one that was not begun
+    /// because another one could not be made.
+    pub(super) fn unmade(&mut self, name: &str, error: Option<&anyhow::Error>) {
         let test = Test {
             name: "run",
-            error: Some(xml_text(&format!("{error:#}"))),
-            ..Test::default()
-        };
-        self.add(name, vec![test]);
-    }
-
-    /// Adds a run that was not begun because another one could not be made.
-    pub(super) fn skipped(&mut self, name: &str) {
-        let test = Test {
-            name: "run",
-            skipped: true,
+            error: error.map(|error| xml_text(&format!("{error:#}"))),
+            skipped: error.is_none(),
             ..Test::default()
         };
         self.add(name, vec![test]);
     }
 
     fn add(&mut self, name: &str, tests: Vec<Test>) {
-        let count = |of: fn(&Test) -> bool| tests.iter().filter(|test| of(test)).count();
-        self.suites.push(Suite {
-            name: xml_text(name),
-            failures: count(|test| test.failure.is_some()),
-            errors: count(|test| test.error.is_some()),
-            skipped: count(|test| test.skipped),
-            tests,
-        });
+        let name = xml_text(name);
+        self.suites.push(Suite { name, tests });
     }
 
     /// Writes the file.
     pub(super) fn write(self) -> anyhow::Result<()> {
-        let mut environment = Environment::new();
         let (name, source) = TEMPLATE;
-        environment.add_template(name, source)?;
-        let template = environment.get_template(name)?;
         let suites = Value::from(Serde(self.suites));
-        let text = template.render(context! { suites })?;
+        let text = Environment::new().render_named_str(name, source, context! { suites })?;
         Ok(self.file.write_whole(&(text + "\n"))?)
     }
 }
@@ -135,12 +115,5 @@ fn xml_text(text: &str) -> String {
         '\n' | '\t' => true,
         c => !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}'),
     };
-    let shown = |c: char| {
-        if fits(c) {
-            c
-        } else {
-            char::REPLACEMENT_CHARACTER
-        }
-    };
-    text.chars().map(shown).collect()
+    text.replace(|c| !fits(c), "\u{fffd}")
 }

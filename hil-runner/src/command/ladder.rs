@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use clap::Args;
 use hil_core::case::{Case, ComputationDelay, Law};
+use hil_core::error::RunError;
 use hil_core::ladder::{Rung, climb, climb_over, confirm};
 use hil_core::measured::Comparison;
 use hil_core::number;
@@ -13,14 +14,14 @@ use hil_core::runfile::{RunFile, values_of_template};
 use hil_core::trace::Row;
 use hil_runner::chip::spec::ChipLink;
 use hil_runner::files::OutputFile;
+use hil_runner::live::LiveCase;
 use hil_runner::report::{self, command_line, each_with};
 use serde_json::{Value, json};
 
 use super::junit::Junit;
 use super::measured::{self, LogOption};
 use super::options::{
-    OpenChip, Sets, again, explain, live, live_case, make_out_folder, refuse_profiles,
-    refuse_shared_paths, warn,
+    OpenChip, Sets, explain, live_case, live_if, make_out_folder, refuse_replaced, warn,
 };
 use super::terminal::{self, Progress, tell};
 
@@ -33,9 +34,7 @@ const REPORT: &str = "out/ladder.html";
 /// word lengths. Differences are taken on common 1 ms rows. A ladder judges
 /// nothing: budgets are for `run`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = include_str!("help/ladder.txt").trim_ascii_end()
-)]
+#[command(after_help = include_str!("help/ladder.txt").trim_ascii_end())]
 pub(crate) struct Ladder {
     /// Run file, built-in case or `-`, a run file from standard input
     case: String,
@@ -64,10 +63,9 @@ pub(crate) struct Ladder {
 impl Ladder {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
         let outputs = self.outputs();
-        refuse_shared_paths(std::slice::from_ref(&self.case), &outputs)?;
-        self.log.refuse_outputs(&outputs)?;
         let files = self.load_rungs();
-        refuse_profiles(files.as_deref().unwrap_or_default(), &outputs)?;
+        let (case, log) = (std::slice::from_ref(&self.case), self.log.log.as_deref());
+        refuse_replaced(&outputs, case, files.as_deref().unwrap_or_default(), log)?;
         let junit = Junit::create(self.junit.as_deref())?;
         let made = files.and_then(|files| self.make(&files));
         let Some(mut junit) = junit else {
@@ -79,10 +77,9 @@ impl Ladder {
             junit.verdicts(&name, summary, summary.verdicts.iter());
         }
         if let Err(error) = &made {
-            junit.error(&self.case, error);
+            junit.unmade(&self.case, Some(error));
         }
-        let written = junit.write();
-        made.and_then(|_| written.map(|()| true))
+        made.and(junit.write()).map(|()| true)
     }
 
     fn outputs(&self) -> Vec<&Path> {
@@ -99,9 +96,8 @@ impl Ladder {
             make_out_folder()?;
         }
         let page = OutputFile::create(&self.report)?;
-        let live = || live(live_case(&self.case, &self.sets)?.on_all_rungs());
-        let live = self.live.then(live);
-        let live = live.transpose()?;
+        let case = || live_case(&self.case, &self.sets).map(LiveCase::on_all_rungs);
+        let live = live_if(self.live, case)?;
         let mut chip = self.link.as_ref().map(OpenChip::open).transpose()?;
         // The one that was asked for, on rung `firmware`.
         let on_chip = self.sets.and(on_rung(Law::Firmware));
@@ -128,31 +124,24 @@ impl Ladder {
             plot: true,
             ..RunOptions::default()
         };
-        let mut rungs = climb(&cases, options, &mut sink);
-        if let (Ok(rungs), Some(chip)) = (&mut rungs, &mut chip) {
-            let climbed = chip
-                .law(&on_chip)
-                .and_then(|mut law| climb_over(rungs, &on_chip, options, &mut law, &mut sink));
-            if let Err(error) = climbed {
-                drop(progress);
-                return Err(explain(files.last().unwrap_or(first), error));
-            }
-        }
-        drop(progress);
-        let mut progress = Progress::labelled(&first.case, &again(&first.case));
-        let mut sink = |row: &_| progress.row(row);
-        let rungs = rungs.and_then(|mut rungs| {
-            confirm(&mut rungs, &cases, &mut sink)?;
-            Ok(rungs)
-        });
-        drop(progress);
-        let rungs = rungs.map_err(|(number, error)| {
+        let refused = |(number, error): (usize, RunError)| {
             let Some(file) = files.get(number) else {
                 return anyhow!("{error}");
             };
             let rung = format!("rung {}", file.case.controller.law.name());
             explain(file, error).context(rung)
-        })?;
+        };
+        let mut rungs = climb(&cases, options, &mut sink).map_err(refused)?;
+        if let Some(chip) = &mut chip {
+            let law = chip.law(&on_chip);
+            let climbed = law
+                .and_then(|mut law| climb_over(&mut rungs, &on_chip, options, &mut law, &mut sink));
+            climbed.map_err(|error| explain(files.last().unwrap_or(first), error))?;
+        }
+        drop(progress);
+        let mut progress = Progress::again(&first.case);
+        confirm(&mut rungs, &cases, &mut |row| progress.row(row)).map_err(refused)?;
+        drop(progress);
         let mut data = hil_core::report::ladder_report(&self.command_line(), &rungs);
         let mut compared_text = String::new();
         if let Some(log) = &log {
@@ -171,10 +160,8 @@ impl Ladder {
         if self.json {
             terminal::print_json(&rungs.iter().map(json_of).collect::<Vec<_>>())?;
             terminal::print_error(&compared_text);
-        } else if self.outputs().contains(&Path::new("-")) {
-            terminal::print_error(&(table(&rungs) + &compared_text));
         } else {
-            terminal::print(&(table(&rungs) + &compared_text))?;
+            terminal::print_beside(&self.outputs(), &(table(&rungs) + &compared_text))?;
         }
         if self.report.as_os_str() != "-" {
             tell!("plots: {}\n", self.report.display());

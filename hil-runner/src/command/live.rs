@@ -1,14 +1,13 @@
 //! `hil-runner live`: a page with the simulator of a case.
 
 use std::path::{Path, PathBuf};
+use std::slice::from_ref;
 
 use clap::Args;
 use hil_runner::files::OutputFile;
 
-use super::options::{
-    Sets, live, live_case, make_out_folder, refuse_profiles, refuse_shared_paths,
-};
-use super::terminal::{say, tell};
+use super::options::{Sets, live, live_case, make_out_folder, refuse_replaced};
+use super::terminal::print_beside;
 
 /// Make a page in which every key of a case can be moved: the simulator in one file
 ///
@@ -32,8 +31,7 @@ impl LivePage {
         let name = file.case.name.replace(['/', '\\'], "_");
         let usual = || Path::new("out").join(format!("{name}-live.html"));
         let out = self.out.clone().unwrap_or_else(usual);
-        refuse_shared_paths(std::slice::from_ref(&self.case), &[&out])?;
-        refuse_profiles(std::slice::from_ref(&file), &[&out])?;
+        refuse_replaced(&[&out], from_ref(&self.case), from_ref(&file), None)?;
         if self.out.is_none() {
             make_out_folder()?;
         }
@@ -41,16 +39,9 @@ impl LivePage {
         let live = live(live_case(&self.case, &self.sets)?)?;
         let html = live.page()?;
         page.write_whole(&html)?;
-        let told = format!(
-            "{}: {} kB, open it in a browser",
-            out.display(),
-            html.len() / 1000
-        );
-        if out.as_os_str() == "-" {
-            tell!("{told}\n");
-        } else {
-            say!("{told}\n")?;
-        }
+        let (place, kilobytes) = (out.display(), html.len() / 1000);
+        let told = format!("{place}: {kilobytes} kB, open it in a browser\n");
+        print_beside(&[&out], &told)?;
         Ok(true)
     }
 }

@@ -5,9 +5,9 @@ use hil_core::case::Case;
 use hil_core::figures::SUMMARY_FIGURES;
 use hil_core::number;
 use hil_core::theory::{LoopFigures, LoopGains, Loops, left_out, no_figure};
-use serde_json::{Value, json};
+use serde::Serialize;
 
-use super::options::{Cases, Sets, warn};
+use super::options::{Cases, Sets, of_cases, warn};
 use super::terminal;
 
 /// Show the margins of a case's linear loop, without a run
@@ -30,30 +30,29 @@ pub(crate) struct Margins {
     sets: Sets,
 }
 
+/// A loop of a case with its figures.
+#[derive(Serialize)]
+struct OfLoop<'c> {
+    name: String,
+    #[serde(skip)]
+    case: &'c Case,
+    #[serde(flatten)]
+    figures: LoopFigures,
+}
+
 impl Margins {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
         let files = self.sets.load(&self.cases.cases)?;
         let mut loops = Loops::default();
-        let each: Vec<(String, &Case, LoopFigures)> = files
-            .iter()
-            .flat_map(|file| gains_of(&file.case))
-            .map(|(name, case, gains)| (name, case, loops.figures_of(case, &[gains])))
-            .collect();
+        let of = |(name, case, gains)| OfLoop {
+            name,
+            case,
+            figures: loops.figures_of(case, &[gains]),
+        };
+        let each = files.iter().flat_map(|file| gains_of(&file.case));
+        let each: Vec<OfLoop> = each.map(of).collect();
         if self.json {
-            let of = |(name, _, figures): &(String, &Case, LoopFigures)| {
-                let mut value = json!({ "name": name });
-                if let (Value::Object(all), Ok(Value::Object(own))) =
-                    (&mut value, serde_json::to_value(figures))
-                {
-                    all.extend(own);
-                }
-                value
-            };
-            let all: Vec<Value> = each.iter().map(of).collect();
-            match all.as_slice() {
-                [one] => terminal::print_json(one)?,
-                all => terminal::print_json(&all)?,
-            }
+            terminal::print_json(&of_cases(&each)?)?;
         } else {
             terminal::print(&table(&each))?;
         }
@@ -77,26 +76,23 @@ fn gains_of(case: &Case) -> Vec<(String, &Case, LoopGains)> {
 }
 
 /// A line a figure, a column a loop; the reasons for what is missing below.
-fn table(each: &[(String, &Case, LoopFigures)]) -> String {
-    let names = each.iter().map(|(name, ..)| terminal::short(name));
-    let header: Vec<String> = ["figure".to_owned()]
-        .into_iter()
-        .chain(names)
-        .chain(["unit".to_owned()])
-        .collect();
+fn table(each: &[OfLoop<'_>]) -> String {
+    let names = each.iter().map(|of| terminal::short(&of.name));
+    let header = core::iter::once("figure".to_owned()).chain(names);
+    let header = header.chain(["unit".to_owned()]);
     let of_loop = SUMMARY_FIGURES.iter().filter(|figure| figure.at_least);
     let rows = of_loop.clone().map(|figure| {
-        let values = each
-            .iter()
-            .map(|(.., of)| number::shown(of.figure(figure.key), None));
+        let value = |of: &OfLoop| number::shown(of.figures.figure(figure.key), None);
+        let values = each.iter().map(value);
         let row = core::iter::once(figure.label.to_owned()).chain(values);
         row.chain([figure.unit.to_owned()]).collect::<Vec<String>>()
     });
     let mut text = terminal::table(header, 1, rows);
-    for (name, case, of) in each {
+    for of in each {
+        let (name, figures) = (&of.name, &of.figures);
         for (margin, joint) in [
-            (of.modulus_margin_contact, "in contact"),
-            (of.modulus_margin_gap, "in the gap"),
+            (figures.modulus_margin_contact, "in contact"),
+            (figures.modulus_margin_gap, "in the gap"),
         ] {
             if margin.is_some_and(|margin| margin < 0.0) {
                 text += &format!("{name}: the loop is UNSTABLE {joint}\n");
@@ -104,7 +100,7 @@ fn table(each: &[(String, &Case, LoopFigures)]) -> String {
         }
         let reasons = of_loop
             .clone()
-            .filter_map(|figure| no_figure(case, figure.key));
+            .filter_map(|figure| no_figure(of.case, figure.key));
         let mut reasons: Vec<&str> = reasons.collect();
         reasons.dedup();
         for reason in reasons {

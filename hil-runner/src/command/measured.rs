@@ -1,13 +1,13 @@
 //! A log measured on a real axis, laid over the runs of a command.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{anyhow, bail};
 use clap::Args;
 use hil_core::case::Case;
 use hil_core::measured::{LogDifference, MeasuredLog};
 use hil_core::number;
-use hil_runner::files::{log_text, same_file};
+use hil_runner::files::log_text;
 
 use super::terminal;
 
@@ -16,30 +16,19 @@ use super::terminal;
 pub(super) struct LogOption {
     /// Lay a measured log over the run: CSV with t_s and columns of the trace or the report
     #[arg(long, value_name = "F.csv")]
-    log: Option<PathBuf>,
+    pub(super) log: Option<PathBuf>,
     /// Seconds to add to the times of the log
     #[arg(long, value_name = "SECONDS", requires = "log", value_parser = seconds, allow_negative_numbers = true)]
     log_offset: Option<f64>,
 }
 
 /// An offset of the command line.
-fn seconds(words: &str) -> Result<f64, String> {
+pub(super) fn seconds(words: &str) -> Result<f64, String> {
     let seconds = words.parse().ok().filter(|s: &f64| s.is_finite());
     seconds.ok_or_else(|| "a finite number of seconds is allowed".to_owned())
 }
 
 impl LogOption {
-    /// An output must not replace the log.
-    pub(super) fn refuse_outputs(&self, outputs: &[&Path]) -> anyhow::Result<()> {
-        match &self.log {
-            Some(path) if outputs.iter().any(|output| same_file(output, path)) => {
-                let name = path.display();
-                bail!("{name} is the log of this command; an output would replace it")
-            }
-            _ => Ok(()),
-        }
-    }
-
     /// Reads the log, of which at least one instant must lie within each run.
     pub(super) fn load<'c>(
         &self,
@@ -74,32 +63,24 @@ pub(super) fn table<'n>(
     differences: &[Vec<LogDifference>],
 ) -> String {
     let used: Vec<&str> = log.columns.iter().map(|column| column.name).collect();
-    let mut text = format!(
-        "simulated less measured: {} of {}",
-        used.join(", "),
-        log.name
-    );
+    let (used, name) = (used.join(", "), &log.name);
+    let mut text = format!("simulated less measured: {used} of {name}");
     if !log.ignored.is_empty() {
         text += &format!("\nignored: {}", log.ignored.join(", "));
     }
-    let header = [
-        "run", "column", "instants", "rms", "largest", "unit", "at s",
-    ];
-    let rows = names
-        .into_iter()
-        .zip(differences)
-        .flat_map(|(name, of_run)| {
-            of_run.iter().map(move |difference| {
-                [
-                    terminal::short(name),
-                    difference.column.to_owned(),
-                    format!("{} of {}", difference.samples, log.t_s.len()),
-                    number::shown(difference.rms, None),
-                    number::shown(difference.largest, None),
-                    difference.unit.to_owned(),
-                    number::shown(difference.largest_at_s, None),
-                ]
-            })
-        });
+    let header = "run|column|instants|rms|largest|unit|at s".split('|');
+    let row = |name: &str, difference: &LogDifference| {
+        [
+            terminal::short(name),
+            difference.column.to_owned(),
+            format!("{} of {}", difference.samples, log.t_s.len()),
+            number::shown(difference.rms, None),
+            number::shown(difference.largest, None),
+            difference.unit.to_owned(),
+            number::shown(difference.largest_at_s, None),
+        ]
+    };
+    let each = names.into_iter().zip(differences);
+    let rows = each.flat_map(|(name, of_run)| of_run.iter().map(move |own| row(name, own)));
     text + "\n" + &terminal::table(header, 2, rows)
 }

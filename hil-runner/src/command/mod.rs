@@ -21,10 +21,10 @@ mod trace;
 mod tune;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use hil_core::controllers::measure_gap;
 use hil_core::error::RunError;
 use hil_core::remarks::gap_under_load;
@@ -65,7 +65,13 @@ enum Command {
     /// Show a case's fixed-point gains: lengths, headroom, rounding, and what fits
     Scaling(scaling::Scaling),
     /// Measure the joint's gap as the firmware does: creep until the load follows
-    MeasureBacklash(MeasureBacklash),
+    #[command(after_help = include_str!("help/measure-backlash.txt").trim_ascii_end())]
+    MeasureBacklash {
+        /// Run file, built-in case or `-`, a run file from standard input
+        case: String,
+        #[command(flatten)]
+        sets: Sets,
+    },
     /// Hold the controller on chips against the host's, bit for bit
     Certify(certify::Certify),
     /// Measure what the controller costs on chips, and hold it against the goldens
@@ -75,13 +81,36 @@ enum Command {
     /// Search the setting of some keys that serves best
     Tune(tune::Tune),
     /// Print a commented run file to start from
-    Init(Init),
+    #[command(
+        after_help = "Examples:\n  hil-runner init paper-4 > axis.toml\n  hil-runner init --template belt > axis.toml"
+    )]
+    Init {
+        /// Built-in case to start from
+        #[arg(default_value = "paper-2", conflicts_with = "template")]
+        case: String,
+        /// An axis of data sheets to start from: ballscrew, belt, rack or gearbox
+        #[arg(long, value_name = "NAME")]
+        template: Option<String>,
+    },
     /// Print the JSON schema of run files or study files, for editors
     Schema(schema::Schema),
     /// Print the completions of commands and options for a shell
-    Completions(Completions),
+    #[command(after_help = "Examples:
+  hil-runner completions bash > ~/.local/share/bash-completion/completions/hil-runner
+  hil-runner completions zsh > ~/.zfunc/_hil-runner
+  hil-runner completions fish > ~/.config/fish/completions/hil-runner.fish")]
+    Completions {
+        /// Shell
+        shell: clap_complete::Shell,
+    },
     /// Write man pages, one for each command
-    Man(Man),
+    #[command(after_help = "Example:
+  hil-runner man ~/.local/share/man/man1 && man hil-runner-run")]
+    Man {
+        /// Folder of the pages; it is made if it is not there
+        #[arg(value_name = "DIR")]
+        folder: PathBuf,
+    },
 }
 
 /// Verbs of earlier versions, and what they are called now.
@@ -100,15 +129,15 @@ impl CommandLine {
             Some(Command::Live(live)) => live.execute(),
             Some(Command::Margins(margins)) => margins.execute(),
             Some(Command::Scaling(scaling)) => scaling.execute(),
-            Some(Command::MeasureBacklash(measurement)) => measurement.execute(),
+            Some(Command::MeasureBacklash { case, sets }) => measure_backlash(&case, &sets),
             Some(Command::Certify(certify)) => certify.execute(),
             Some(Command::Budget(budget)) => budget.execute(),
             Some(Command::Study(study)) => study.execute(),
             Some(Command::Tune(tune)) => tune.execute(),
-            Some(Command::Init(init)) => init.execute(),
+            Some(Command::Init { case, template }) => init(&case, template.as_deref()),
             Some(Command::Schema(schema)) => schema.execute(),
-            Some(Command::Completions(completions)) => completions.execute(),
-            Some(Command::Man(man)) => man.execute(),
+            Some(Command::Completions { shell }) => completions(shell),
+            Some(Command::Man { folder }) => man(&folder),
         }
     }
 }
@@ -129,116 +158,58 @@ fn refuse_old_verb(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<
     Ok(())
 }
 
-/// Measure the joint's gap as the firmware does: creep until the load follows
-#[derive(Debug, Args)]
-#[command(after_help = include_str!("help/measure-backlash.txt").trim_ascii_end())]
-struct MeasureBacklash {
-    /// Run file, built-in case or `-`, a run file from standard input
-    case: String,
-    #[command(flatten)]
-    sets: Sets,
-}
-
-impl MeasureBacklash {
-    fn execute(&self) -> anyhow::Result<bool> {
-        let file = self.sets.load_one(&self.case)?;
-        let gap =
-            measure_gap(&file.case).map_err(|error| explain(&file, RunError::Quantise(error)))?;
-        let [first, second, third] = gap.full_counts;
-        say!(
-            "{}: half gap {} motor counts; the joint's own is {}\n\
+fn measure_backlash(case: &str, sets: &Sets) -> anyhow::Result<bool> {
+    let file = sets.load_one(case)?;
+    let gap = measure_gap(&file.case).map_err(|error| explain(&file, RunError::Quantise(error)))?;
+    let [first, second, third] = gap.full_counts;
+    say!(
+        "{}: half gap {} motor counts; the joint's own is {}\n\
         whole gap at three crossings: {first}, {second}, {third} motor counts; \
         {} s of simulated time\n",
-            file.case.name,
-            gap.half_counts,
-            number::table(gap.true_half_counts),
-            number::table(gap.duration_s),
-        )?;
-        warn(&file.case.name, gap_under_load(&file.case));
-        Ok(true)
-    }
+        file.case.name,
+        gap.half_counts,
+        number::table(gap.true_half_counts),
+        number::table(gap.duration_s),
+    )?;
+    warn(&file.case.name, gap_under_load(&file.case));
+    Ok(true)
 }
 
-/// Print a commented run file to start from
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  hil-runner init paper-4 > axis.toml\n  hil-runner init --template belt > axis.toml"
-)]
-struct Init {
-    /// Built-in case to start from
-    #[arg(default_value = "paper-2", conflicts_with = "template")]
-    case: String,
-    /// An axis of data sheets to start from: ballscrew, belt, rack or gearbox
-    #[arg(long, value_name = "NAME")]
-    template: Option<String>,
-}
-
-impl Init {
-    fn execute(&self) -> anyhow::Result<bool> {
-        if let Some(name) = &self.template {
-            let Some(text) = runfile::template_text(name) else {
-                let names: Vec<&str> = runfile::template_names().collect();
-                bail!(
-                    "there is no template {name:?}; there are {}",
-                    names.join(", ")
-                );
-            };
-            terminal::print(text)?;
-            return Ok(true);
-        }
-        let Some(text) = runfile::builtin_text(&self.case) else {
-            let names: Vec<&str> = runfile::builtin_names().collect();
-            let (case, names) = (&self.case, names.join(", "));
-            bail!("there is no built-in case {case:?}; there are {names}");
+fn init(case: &str, template: Option<&str>) -> anyhow::Result<bool> {
+    if let Some(name) = template {
+        let Some(text) = runfile::template_text(name) else {
+            let names = runfile::template_names().collect::<Vec<_>>().join(", ");
+            bail!("there is no template {name:?}; there are {names}");
         };
-        let text = runfile::commented(&self.case, text);
-        say!("{}{text}", schema::SchemaOf::RunFile.line())?;
-        Ok(true)
+        terminal::print(text)?;
+        return Ok(true);
     }
+    let Some(text) = runfile::builtin_text(case) else {
+        let names = runfile::builtin_names().collect::<Vec<_>>().join(", ");
+        bail!("there is no built-in case {case:?}; there are {names}");
+    };
+    let text = runfile::commented(case, text);
+    say!("{}{text}", schema::SchemaOf::RunFile.line())?;
+    Ok(true)
 }
 
 /// The program as its help, its completions and its man pages name it.
 const PROGRAM: &str = env!("CARGO_PKG_NAME");
 
-/// Print the completions of commands and options for a shell
-#[derive(Debug, Args)]
-#[command(after_help = "Examples:
-  hil-runner completions bash > ~/.local/share/bash-completion/completions/hil-runner
-  hil-runner completions zsh > ~/.zfunc/_hil-runner
-  hil-runner completions fish > ~/.config/fish/completions/hil-runner.fish")]
-struct Completions {
-    /// Shell
-    shell: clap_complete::Shell,
+fn completions(shell: clap_complete::Shell) -> anyhow::Result<bool> {
+    let mut text = Vec::new();
+    clap_complete::generate(shell, &mut CommandLine::command(), PROGRAM, &mut text);
+    // For bash, clap_complete 4.6 looks for commands of a program with a hyphen under two
+    // names: clap-rs/clap#6421.
+    let text = String::from_utf8(text)?.replace("hil__subcmd__runner", "hil__runner");
+    terminal::print(&text)?;
+    Ok(true)
 }
 
-impl Completions {
-    fn execute(&self) -> anyhow::Result<bool> {
-        let mut text = Vec::new();
-        clap_complete::generate(self.shell, &mut CommandLine::command(), PROGRAM, &mut text);
-        // For bash, clap_complete 4.6 looks for commands of a program with a hyphen under two
-        // names: clap-rs/clap#6421.
-        let text = String::from_utf8(text)?.replace("hil__subcmd__runner", "hil__runner");
-        terminal::print(&text)?;
-        Ok(true)
-    }
-}
-
-/// Write man pages, one for each command
-#[derive(Debug, Args)]
-#[command(after_help = "Example:
-  hil-runner man ~/.local/share/man/man1 && man hil-runner-run")]
-struct Man {
-    /// Folder of the pages; it is made if it is not there
-    #[arg(value_name = "DIR")]
-    folder: PathBuf,
-}
-
-impl Man {
-    fn execute(&self) -> anyhow::Result<bool> {
-        let place = self.folder.display();
-        std::fs::create_dir_all(&self.folder)
-            .and_then(|()| clap_mangen::generate_to(CommandLine::command(), &self.folder))
-            .with_context(|| format!("{place} cannot be written"))?;
-        Ok(true)
-    }
+fn man(folder: &Path) -> anyhow::Result<bool> {
+    let place = folder.display();
+    std::fs::create_dir_all(folder)
+        .and_then(|()| clap_mangen::generate_to(CommandLine::command(), folder))
+        .with_context(|| format!("{place} cannot be written"))?;
+    Ok(true)
 }

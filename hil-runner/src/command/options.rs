@@ -18,8 +18,9 @@ use hil_runner::files::{self, same_file};
 use hil_runner::host::LinkKind;
 use hil_runner::live::{Images, Live, LiveCase};
 use serde::Serialize;
+use serde_json::Value;
 
-use super::terminal::{self, tell};
+use super::terminal::{self, tell, tell_line};
 
 // A documented structure would put its words into the help of every verb.
 #[derive(Debug, Clone, Default, Args)]
@@ -73,10 +74,9 @@ impl Sets {
 
     /// The same with one override more, which comes last.
     pub(super) fn and(&self, set: String) -> Self {
-        let sets = self.sets.iter().cloned().chain([set]);
-        Self {
-            sets: sets.collect(),
-        }
+        let mut all = self.clone();
+        all.sets.push(set);
+        all
     }
 }
 
@@ -90,33 +90,36 @@ pub(super) fn refuse_other_laws(files: &[RunFile], because: &str) -> anyhow::Res
     Ok(())
 }
 
-/// An output must not replace a run file that is read, nor another output.
-pub(super) fn refuse_shared_paths(cases: &[String], outputs: &[&Path]) -> anyhow::Result<()> {
+/// An output must not replace a file that is read, nor another output.
+pub(super) fn refuse_replaced(
+    outputs: &[&Path],
+    cases: &[String],
+    files: &[RunFile],
+    log: Option<&Path>,
+) -> anyhow::Result<()> {
     for (i, output) in outputs.iter().enumerate() {
         let path = output.display();
         let same = |other: &&Path| same_file(output, other);
         if outputs[i + 1..].iter().any(same) {
             bail!("{path} is given for two outputs; each needs its own");
         }
-        let is_read = |case: &&String| {
+        let is_read = |case: &String| {
             // What is read from standard input is not what is written to standard output.
-            *case != "-"
+            case != "-"
                 && runfile::builtin_text(case).is_none()
                 && same_file(Path::new(case), output)
         };
-        if cases.iter().any(|case| is_read(&case)) {
+        if cases.iter().any(is_read) {
             bail!("{path} is a run file of this command; an output would replace it");
         }
     }
-    Ok(())
-}
-
-/// An output must not replace the profile of a run file.
-pub(super) fn refuse_profiles(files: &[RunFile], outputs: &[&Path]) -> anyhow::Result<()> {
-    for profile in files.iter().filter_map(|file| file.profile.as_deref()) {
-        if outputs.iter().any(|output| same_file(output, profile)) {
-            let profile = profile.display();
-            bail!("{profile} is a profile of this command; an output would replace it");
+    let profiles = files.iter().filter_map(|file| file.profile.as_deref());
+    let profiles = profiles.map(|path| (path, "a profile"));
+    let log = log.map(|path| (path, "the log"));
+    for (path, what) in log.into_iter().chain(profiles) {
+        if outputs.iter().any(|output| same_file(output, path)) {
+            let path = path.display();
+            bail!("{path} is {what} of this command; an output would replace it");
         }
     }
     Ok(())
@@ -135,8 +138,15 @@ pub(super) fn live_case(name_or_path: &str, sets: &Sets) -> anyhow::Result<LiveC
 
 /// A case with its simulator, which is built where there is none; that is said on stderr.
 pub(super) fn live(case: LiveCase) -> anyhow::Result<Live> {
-    let images = Images::find(&mut |line| tell!("{line}\n"))?;
-    Ok(Live::new(case, &images)?)
+    Ok(Live::new(case, &Images::find(&mut tell_line)?)?)
+}
+
+/// The same where it is asked for.
+pub(super) fn live_if(
+    is_asked: bool,
+    case: impl FnOnce() -> anyhow::Result<LiveCase>,
+) -> anyhow::Result<Option<Live>> {
+    is_asked.then(|| live(case()?)).transpose()
 }
 
 /// The error of a run of this file as the user should read it.
@@ -167,40 +177,27 @@ pub(super) fn once_each(
 
 /// What cases have in JSON: that of one case as it is, that of several as a list in
 /// their order.
-#[derive(Debug, Serialize)]
-#[serde(untagged)]
-pub(super) enum OfCases<'v, T> {
-    One(&'v T),
-    Several(&'v [T]),
-}
-
-impl<'v, T> From<&'v [T]> for OfCases<'v, T> {
-    fn from(values: &'v [T]) -> Self {
-        match values {
-            [one] => Self::One(one),
-            several => Self::Several(several),
-        }
-    }
-}
-
-/// The label of the second run of a case.
-pub(super) fn again(case: &Case) -> String {
-    format!("{}, again", case.name)
+pub(super) fn of_cases(
+    values: impl IntoIterator<Item = impl Serialize>,
+) -> serde_json::Result<Value> {
+    let values = values.into_iter().map(serde_json::to_value);
+    let mut values = values.collect::<Result<Vec<_>, _>>()?;
+    Ok(match values.len() {
+        1 => values.remove(0),
+        _ => values.into(),
+    })
 }
 
 /// A link by its name on the command line.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) enum LinkName {
-    /// Controller and plant in this process.
-    Host(LinkKind),
+    /// Controller and plant in this process, in one thread.
+    #[default]
+    InProcess,
+    /// The same in two threads.
+    Channel,
     /// A controller on a chip.
     Chip(ChipLink),
-}
-
-impl Default for LinkName {
-    fn default() -> Self {
-        Self::Host(LinkKind::default())
-    }
 }
 
 /// The help of `--link`.
@@ -212,8 +209,8 @@ impl FromStr for LinkName {
 
     fn from_str(text: &str) -> Result<Self, String> {
         match text {
-            "in-process" => Ok(Self::Host(LinkKind::InProcess)),
-            "channel" => Ok(Self::Host(LinkKind::Channel)),
+            "in-process" => Ok(Self::InProcess),
+            "channel" => Ok(Self::Channel),
             text => text
                 .parse()
                 .map(Self::Chip)
@@ -225,8 +222,8 @@ impl FromStr for LinkName {
 impl std::fmt::Display for LinkName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Host(LinkKind::InProcess) => f.write_str("in-process"),
-            Self::Host(LinkKind::Channel) => f.write_str("channel"),
+            Self::InProcess => f.write_str("in-process"),
+            Self::Channel => f.write_str("channel"),
             Self::Chip(link) => link.fmt(f),
         }
     }
@@ -244,7 +241,8 @@ impl LinkName {
     /// is none, which is said on stderr.
     pub(super) fn open(&self) -> anyhow::Result<(LinkKind, Option<OpenChip>)> {
         Ok(match self {
-            Self::Host(kind) => (*kind, None),
+            Self::InProcess => (LinkKind::InProcess, None),
+            Self::Channel => (LinkKind::Channel, None),
             Self::Chip(link) => (LinkKind::default(), Some(OpenChip::open(link)?)),
         })
     }
@@ -253,9 +251,8 @@ impl LinkName {
 impl OpenChip {
     /// Opens the line and greets the chip.
     pub(super) fn open(link: &ChipLink) -> anyhow::Result<Self> {
-        terminal::watch_signals();
-        let mut tell = |text: &str| tell!("{text}\n");
-        let opened = chip::open(link, &mut tell).with_context(|| format!("--link {link}"))?;
+        terminal::watch_signals("");
+        let opened = chip::open(link, &mut tell_line).with_context(|| format!("--link {link}"))?;
         let client = Client::greet(opened.line).with_context(|| format!("--link {link}"))?;
         let on_chip = client.identity().image_crc;
         if let Some(in_file) = opened.image_crc.filter(|in_file| *in_file != on_chip) {

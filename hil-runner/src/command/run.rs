@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use hil_core::budget::Verdict;
 use hil_core::controllers::IoKind;
@@ -15,14 +15,13 @@ use hil_core::runfile::RunFile;
 use hil_core::{figures, number};
 use hil_runner::files::OutputFile;
 use hil_runner::host::timed_run;
-use hil_runner::live::Live;
 use hil_runner::report::{self, command_line, each_with};
 
 use super::junit::Junit;
 use super::measured::{self, LogOption};
 use super::options::{
-    Cases, LINK_HELP, LinkName, OfCases, Sets, again, explain, live, live_case, make_out_folder,
-    once_each, refuse_other_laws, refuse_profiles, refuse_shared_paths, warn,
+    Cases, LINK_HELP, LinkName, Sets, explain, live_case, live_if, make_out_folder, of_cases,
+    once_each, refuse_other_laws, refuse_replaced, warn,
 };
 use super::terminal::{self, Progress, TimeLimit};
 use super::trace::TraceFile;
@@ -88,10 +87,7 @@ pub(crate) struct Run {
 
 /// A time limit of the command line.
 fn time_limit(words: &str) -> Result<f64, String> {
-    let seconds = words
-        .parse()
-        .ok()
-        .filter(|s: &f64| s.is_finite() && *s > 0.0);
+    let seconds = measured::seconds(words).ok().filter(|s| *s > 0.0);
     seconds.ok_or_else(|| "a finite number of seconds greater than 0 is allowed".to_owned())
 }
 
@@ -141,10 +137,8 @@ impl Run {
         end: &str,
     ) -> anyhow::Result<bool> {
         let cases = &self.cases.cases;
-        let outputs: Vec<&Path> = self.outputs().collect();
-        refuse_shared_paths(cases, &outputs)?;
-        self.log.refuse_outputs(&outputs)?;
-        refuse_profiles(files.as_deref().unwrap_or_default(), &outputs)?;
+        let read = files.as_deref().unwrap_or_default();
+        refuse_replaced(&self.outputs(), cases, read, self.log.log.as_deref())?;
         let Some(mut junit) = Junit::create(self.junit.as_deref())? else {
             return self.make_all(&files?, title, end, &mut Vec::new());
         };
@@ -169,14 +163,11 @@ impl Run {
         let unreadable: Vec<_> = unreadable.collect();
         let all_read = unreadable.iter().all(Option::is_none);
         for (i, (case, own)) in cases.iter().zip(&unreadable).enumerate().skip(made) {
-            match own {
-                Some(own) => junit.error(case, own),
-                None if all_read && i == made => junit.error(case, error),
-                None => junit.skipped(case),
-            }
+            let here = (all_read && i == made).then_some(error);
+            junit.unmade(case, own.as_ref().or(here));
         }
         if made == cases.len() {
-            junit.error(env!("CARGO_PKG_NAME"), error);
+            junit.unmade(env!("CARGO_PKG_NAME"), Some(error));
         }
     }
 
@@ -189,6 +180,7 @@ impl Run {
         runs: &mut Vec<CaseRun>,
     ) -> anyhow::Result<bool> {
         let log = self.log.load(files.iter().map(|file| &file.case))?;
+        let cases = &self.cases.cases;
         let [heading, command_line] = title.unwrap_or_else(|| self.title(files));
         self.refuse_laws(files)?;
         // Every path is opened before the first run.
@@ -196,7 +188,8 @@ impl Run {
         let mut trace = self.trace.as_deref().map(TraceFile::create).transpose()?;
         let summary = open(&self.summary)?;
         let report = open(&self.report)?;
-        let live = self.live()?;
+        let case = || live_case(cases.first().context("a run has a case")?, &self.sets);
+        let live = live_if(self.live, case)?;
         let (kind, mut chip) = self.link.open()?;
         let options = RunOptions {
             io: match self.io {
@@ -230,7 +223,7 @@ impl Run {
             }
             let mut run = run.map_err(|error| explain(file, error))?;
             // Again, to see which digits of its figures hold.
-            let mut progress = Progress::labelled(&file.case, &again(&file.case)).within(limit);
+            let mut progress = Progress::again(&file.case).within(limit);
             let confirmed = run.confirm(options, &mut |row| progress.row(row));
             confirmed.map_err(|error| explain(file, error))?;
             runs.push(run);
@@ -239,8 +232,7 @@ impl Run {
         if let Some(chip) = &chip {
             chip.tell();
         }
-        let summaries: Vec<_> = runs.iter().map(|run| &run.outcome.summary).collect();
-        let summaries = OfCases::from(summaries.as_slice());
+        let summaries = of_cases(runs.iter().map(|run| &run.outcome.summary))?;
         if let Some(file) = summary {
             file.write_json(&summaries)?;
         }
@@ -266,19 +258,12 @@ impl Run {
                 + &timing_lines(runs)
                 + &chip_lines(runs)
                 + end;
-            self.say(&text)?;
+            terminal::print_beside(&self.outputs(), &text)?;
         }
         for run in runs.iter() {
             warn(&run.outcome.summary.name, &run.warnings);
         }
         Ok(runs.iter().all(CaseRun::passes))
-    }
-
-    /// The simulator for the page, where it is asked for.
-    fn live(&self) -> anyhow::Result<Option<Live>> {
-        let first = self.cases.cases.first().filter(|_| self.live);
-        let of = |case: &String| live(live_case(case, &self.sets)?);
-        first.map(of).transpose()
     }
 
     /// Refuses laws that electronics and link do not have.
@@ -298,20 +283,11 @@ impl Run {
         Ok(())
     }
 
-    /// Prints a text, but to standard error where an output goes to standard output:
-    /// data stays alone there.
-    pub(super) fn say(&self, text: &str) -> std::io::Result<()> {
-        if self.outputs().any(|path| path.as_os_str() == "-") {
-            terminal::print_error(text);
-            return Ok(());
-        }
-        terminal::print(text)
-    }
-
-    fn outputs(&self) -> impl Iterator<Item = &Path> {
+    pub(super) fn outputs(&self) -> Vec<&Path> {
         let files = [&self.trace, &self.summary, &self.report, &self.junit].into_iter();
         let json = self.json.then_some(Path::new("-"));
-        files.flatten().map(PathBuf::as_path).chain(json)
+        let files = files.flatten().map(PathBuf::as_path);
+        files.chain(json).collect()
     }
 
     /// The command without its outputs.
@@ -357,9 +333,7 @@ fn verdict_table(runs: &[CaseRun]) -> String {
     if runs.iter().all(|run| run.verdicts().next().is_none()) {
         return "no limits in the budget, no verdicts\n".to_owned();
     }
-    let header = [
-        "case", "figure", "value", "limit", "margin", "unit", "verdict",
-    ];
+    let header = "case|figure|value|limit|margin|unit|verdict".split('|');
     let of = |run: &CaseRun, verdict: &Verdict| {
         let digits = run.outcome.summary.digits(verdict.figure);
         let default = if verdict.default { " (default)" } else { "" };
@@ -415,11 +389,8 @@ fn gain_tables(runs: &[CaseRun]) -> String {
                 number::relative_error(gain.relative_error()),
             ]
         });
-        let name = run.outcome.summary.name.clone();
-        tables.push((
-            name,
-            terminal::table(header, 1, rows) + &from_plant(&gains.rows),
-        ));
+        let table = terminal::table(header, 1, rows) + &from_plant(&gains.rows);
+        tables.push((run.outcome.summary.name.clone(), table));
     }
     let titled = once_each(tables).into_iter();
     let titled = titled.map(|(names, table)| format!("fixed-point gains of {names}\n{table}"));

@@ -2,8 +2,6 @@
 //! ranges that it was accepted for.
 
 use firmware::axis::{Axis, Feedback};
-use firmware::backlash_compensation::BacklashCompensation;
-use firmware::law::FilterWords;
 use firmware::monitor::{EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor};
 use firmware::position::CounterParameters;
 use firmware::word::GainWord;
@@ -14,6 +12,8 @@ use hil_core::scaling::ScalingRequest;
 pub(super) fn source(name: &str, request: &ScalingRequest, axis: &Axis) -> String {
     let (law, output) = (axis.law(), axis.output());
     let words = law.words();
+    let (derivative, anti_windup) = (words.derivative, words.anti_windup);
+    let filter = words.filter.map(|filter| format!("Some(law::{filter:?})"));
     let words = [
         ("kp", literal(words.kp)),
         ("ki_dt", literal(words.ki_dt)),
@@ -23,15 +23,9 @@ pub(super) fn source(name: &str, request: &ScalingRequest, axis: &Axis) -> Strin
         ("friction_ff", literal(words.friction_ff)),
         ("error_bits", words.error_bits.to_string()),
         ("integral_bits", words.integral_bits.to_string()),
-        (
-            "derivative",
-            format!("law::Derivative::{:?}", words.derivative),
-        ),
-        ("filter", filter(words.filter)),
-        (
-            "anti_windup",
-            format!("law::AntiWindup::{:?}", words.anti_windup),
-        ),
+        ("derivative", format!("law::Derivative::{derivative:?}")),
+        ("filter", filter.unwrap_or_else(|| "None".to_owned())),
+        ("anti_windup", format!("law::AntiWindup::{anti_windup:?}")),
     ];
     format!(
         "/// The axis of {name}, a sample every {sample_time_ns} ns, by `hil-runner scaling --rust`.\n\
@@ -111,8 +105,16 @@ fn additions(axis: &Axis) -> String {
     let (rest, monitors) = (axis.rest, axis.monitors);
     let own_counter = Some(axis.counter).filter(|counter| *counter != CounterParameters::WORD);
     field("counter", own_counter.map(counter));
-    field("feedback", load(axis.feedback));
-    let compensation = axis.backlash_compensation.map(compensation);
+    let load = match axis.feedback {
+        Feedback::Load(load) => Some(format!("axis::Feedback::Load({})", counter(load))),
+        Feedback::Motor => None,
+    };
+    field("feedback", load);
+    let compensation = axis.backlash_compensation.map(|plan| {
+        let (half_gap, samples) = (plan.half_gap_counts(), plan.samples());
+        let trigger = plan.trigger();
+        format!("BacklashCompensation::planned({half_gap}, {samples}, Trigger::{trigger:?})")
+    });
     field("backlash_compensation", compensation);
     let dead_band = Some(rest.dead_band).filter(|counts| *counts != 0);
     field("rest.dead_band", dead_band.map(|counts| counts.to_string()));
@@ -136,13 +138,6 @@ fn literal(word: GainWord) -> String {
     format!("GainWord::new({}, {})", word.mantissa, word.fraction_bits)
 }
 
-fn filter(words: Option<FilterWords>) -> String {
-    match words {
-        None => "None".to_owned(),
-        Some(filter) => format!("Some(law::{filter:?})"),
-    }
-}
-
 /// What an acceptance that cannot fail gives, in a constant.
 fn accepted(call: &str) -> String {
     format!("match {call} {{ Ok(accepted) => accepted, Err(_) => panic!() }}")
@@ -151,22 +146,6 @@ fn accepted(call: &str) -> String {
 fn counter(counter: CounterParameters) -> String {
     let (bits, jump) = (counter.bits(), counter.largest_jump());
     accepted(&format!("CounterParameters::accept({bits}, {jump:?})"))
-}
-
-fn load(feedback: Feedback) -> Option<String> {
-    match feedback {
-        Feedback::Load(load) => Some(format!("axis::Feedback::Load({})", counter(load))),
-        Feedback::Motor => None,
-    }
-}
-
-fn compensation(plan: BacklashCompensation) -> String {
-    format!(
-        "BacklashCompensation::planned({}, {}, Trigger::{:?})",
-        plan.half_gap_counts(),
-        plan.samples(),
-        plan.trigger(),
-    )
 }
 
 /// A monitor of that name, with its limits.

@@ -17,7 +17,7 @@ use hil_core::runfile::{RunFile, SECTIONS, Way};
 use hil_core::scaling::{ScaledLaw, ScalingRequest};
 use serde_json::{Value, json};
 
-use super::options::{Cases, OfCases, Sets, explain, once_each};
+use super::options::{Cases, Sets, explain, of_cases, once_each};
 use super::terminal::{self, say};
 use super::{c_axis, rust_axis};
 
@@ -62,17 +62,14 @@ impl Scaling {
             terminal::print(&constant(file, source)?)?;
             return Ok(true);
         }
-        let scaled: anyhow::Result<Vec<_>> = files.iter().map(Scaled::of).collect();
-        let scaled = scaled?;
+        let scaled = files.iter().map(Scaled::of);
+        let scaled = scaled.collect::<anyhow::Result<Vec<_>>>()?;
         if self.json {
-            let values: Vec<Value> = scaled.iter().map(Scaled::json).collect();
-            terminal::print_json(&OfCases::from(values.as_slice()))?;
+            terminal::print_json(&of_cases(scaled.iter().map(Scaled::json))?)?;
             return Ok(true);
         }
-        let texts = scaled
-            .iter()
-            .map(|scaled| (scaled.case.name.clone(), scaled.text()));
-        for (names, text) in once_each(texts) {
+        let text = |scaled: &Scaled| (scaled.case.name.clone(), scaled.text());
+        for (names, text) in once_each(scaled.iter().map(text)) {
             say!("{names}\n{text}")?;
         }
         Ok(true)
@@ -107,14 +104,11 @@ fn in_all_ways(case: &Case) -> Vec<(&'static str, Vec<InOneWay>)> {
                 let number = section.key(name)?.get(case)?.number()?;
                 Some((*name, number))
             };
+            let is_required =
+                |name: &str| section.key(name).is_some_and(|key| key.need.is_required());
             // What a way lacks, another kind of drive has, or it is no number.
-            let is_whole = |way: &&Way| {
-                let mut keys = way.iter().filter(|name| {
-                    let key = section.key(name);
-                    key.is_some_and(|key| key.need.is_required())
-                });
-                keys.all(|name| value(name).is_some())
-            };
+            let lacks = |name: &&'static str| is_required(name) && value(name).is_none();
+            let is_whole = |way: &&Way| !way.iter().any(lacks);
             let of_way = |way: &Way| way.iter().filter_map(value).collect::<Vec<_>>();
             let mut given: Vec<InOneWay> = ways.iter().filter(is_whole).map(of_way).collect();
             given.retain(|way| !way.is_empty());

@@ -34,17 +34,15 @@ pub(super) enum SchemaOf {
 impl SchemaOf {
     /// The first line of a file: the place of its schema, for editors, and how it gets
     /// there.
-    pub(super) fn line(self) -> &'static str {
-        match self {
-            Self::RunFile => {
-                "#:schema ./run-file.schema.json\n\
-                 # Editors look for the schema there; hil-runner schema > run-file.schema.json makes it.\n\n"
-            }
-            Self::Study => {
-                "#:schema ./study.schema.json\n\
-                 # Editors look for the schema there; hil-runner schema study > study.schema.json makes it.\n\n"
-            }
-        }
+    pub(super) fn line(self) -> String {
+        let (words, name) = match self {
+            Self::RunFile => ("schema", "run-file.schema.json"),
+            Self::Study => ("schema study", "study.schema.json"),
+        };
+        format!(
+            "#:schema ./{name}\n\
+             # Editors look for the schema there; hil-runner {words} > {name} makes it.\n\n"
+        )
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -15,17 +16,17 @@ use hil_runner::files::{OutputFile, profile, same_file};
 use hil_runner::live::{Live, LiveCase};
 use hil_runner::study::results::{Origin, Progress, Results, Shard, merge, shards_in_order};
 use hil_runner::study::{
-    Changes, MOST_ROWS, Specified, Study, Tally, base_sentences, best_table, columns, enough_pass,
+    Changes, MOST_ROWS, Study, Tally, base_sentences, best_table, columns, enough_pass,
     figure_rows, make, ready, render, specify, unstable_words,
 };
 
 use plant::Course;
 use serde_json::{Value, json};
 
-use super::options::{Sets, live, warn};
+use super::options::{Sets, live_if, warn};
 use super::run::Run;
 use super::schema::SchemaOf;
-use super::terminal::{self, check_signals, say, tell, watch_signals_aloud};
+use super::terminal::{self, check_signals, say, tell, watch_signals};
 
 /// Run one case over many values of its keys
 #[derive(Debug, Args)]
@@ -85,29 +86,25 @@ pub(crate) struct StudyCommand {
 #[derive(Debug, Subcommand)]
 enum StudySubcommand {
     /// Put the shards of a study together
-    Merge(Merge),
-}
-
-/// Put the shards of a study together
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  hil-runner study merge results part-1 part-2\n  hil-runner study merge --live results part-1 part-2"
-)]
-struct Merge {
-    /// Folder of the whole results
-    out: PathBuf,
-    /// Folders of all shards, in any order
-    #[arg(required = true)]
-    shards: Vec<PathBuf>,
-    /// Carry the simulator in the report: a click on a row of a picture opens that run
-    #[arg(long)]
-    live: bool,
+    #[command(
+        after_help = "Examples:\n  hil-runner study merge results part-1 part-2\n  hil-runner study merge --live results part-1 part-2"
+    )]
+    Merge {
+        /// Folder of the whole results
+        out: PathBuf,
+        /// Folders of all shards, in any order
+        #[arg(required = true)]
+        shards: Vec<PathBuf>,
+        /// Carry the simulator in the report: a click on a row of a picture opens that run
+        #[arg(long)]
+        live: bool,
+    },
 }
 
 impl StudyCommand {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
         match (&self.command, &self.study) {
-            (Some(StudySubcommand::Merge(merge)), _) => merge.execute(),
+            (Some(StudySubcommand::Merge { out, shards, live }), _) => join(out, shards, *live),
             (None, _) if self.list => {
                 let studies = ready::names()
                     .map(|name| Study::load(name, &Changes::default()))
@@ -157,10 +154,8 @@ impl StudyCommand {
         let mut results = Results::open(&folder, &origin, &columns, &command_line, |row| {
             tally.add(row)
         })?;
-        let threads = match self.threads {
-            Some(threads) => usize::from(threads),
-            None => std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get),
-        };
+        let cores = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        let threads = self.threads.map_or_else(cores, usize::from);
         let is_complete = fill(&study, &mut results, &mut tally, threads)?;
         let Progress { done, of } = results.close()?;
         let place = folder.display();
@@ -196,11 +191,8 @@ impl StudyCommand {
         let report = self.report.clone().unwrap_or_else(|| beside("html"));
         let trace = self.trace.clone().unwrap_or_else(|| beside("csv"));
         refuse_results(folder, &[&report, &trace])?;
-        let written = format!(
-            "plots and all figures: {}\ntrace: {}\n",
-            report.display(),
-            trace.display()
-        );
+        let (page, rows) = (report.display(), trace.display());
+        let written = format!("plots and all figures: {page}\ntrace: {rows}\n");
         let template = study.template();
         let base = match template.base().motion.course() {
             // Its points lie beside the first base.
@@ -210,7 +202,8 @@ impl StudyCommand {
         let file = RunFile::parse(&base, &origin.base_text, &sets, profile)?;
         let run = Run::of_row(base, Sets { sets }, report, trace);
         let passes = run.make(Ok(vec![file]), None, "")?;
-        run.say(&(written + &format!("the same run: {}\n", run.command_line())))?;
+        let again = format!("the same run: {}\n", run.command_line());
+        terminal::print_beside(&run.outputs(), &(written + &again))?;
         Ok(passes)
     }
 }
@@ -227,7 +220,7 @@ fn fill(
         let folder = results.folder().display();
         tell!("{folder}: {done} of {of} rows are there already\n");
     }
-    watch_signals_aloud(
+    watch_signals(
         "ending after the runs under way; a second signal (Ctrl-C) ends at once, and loses nothing either\n",
     );
     let template = "{prefix}: {bar:30} {human_pos} of {human_len} runs, {per_sec}, {eta} left";
@@ -248,29 +241,22 @@ fn fill(
         Ok(true)
     });
     bar.finish_and_clear();
-    let (runs, taken) = (results.progress().done - done, start.elapsed());
+    let taken_s = start.elapsed().as_secs_f64();
+    let runs = results.progress().done - done;
     if runs > 0 {
-        let rate = runs as f64 / taken.as_secs_f64();
-        tell!(
-            "{runs} runs in {:.1} s{}, {rate:.0} runs/s\n",
-            taken.as_secs_f64(),
-            by_themselves(&one_by_one)
-        );
+        let (rate, alone) = (runs as f64 / taken_s, by_themselves(&one_by_one));
+        tell!("{runs} runs in {taken_s:.1} s{alone}, {rate:.0} runs/s\n");
     }
     made
 }
 
 /// How many runs were not made side by side with others, and why; nothing if all were.
 fn by_themselves(one_by_one: &BTreeMap<OneByOne, u64>) -> String {
-    let reasons = one_by_one
-        .iter()
-        .map(|(why, runs)| format!("{runs} for {why}"));
+    let reason = |(why, runs): (&OneByOne, &u64)| format!("{runs} for {why}");
+    let reasons: Vec<String> = one_by_one.iter().map(reason).collect();
     match one_by_one.values().sum::<u64>() {
         0 => String::new(),
-        all => format!(
-            ", {all} of them one by one ({})",
-            reasons.collect::<Vec<_>>().join(", ")
-        ),
+        all => format!(", {all} of them one by one ({})", reasons.join(", ")),
     }
 }
 
@@ -317,36 +303,28 @@ fn json_of(studies: &[Study]) -> Value {
     studies.iter().map(study).collect()
 }
 
-impl Merge {
-    fn execute(&self) -> anyhow::Result<bool> {
-        let shards = shards_in_order(&self.shards)?;
-        let Some((folder, first)) = shards.first() else {
-            bail!("give the folders of all shards");
-        };
-        let study = first.study(folder)?;
-        let live = live_of(&study, self.live)?;
-        let columns = columns(&study);
-        let mut tally = Tally::new(&study, &columns);
-        let command_line = first.whole().command_line(Some(&self.out));
-        let done = merge(&self.out, &shards, &columns, &command_line, |row| {
-            tally.add(row)
-        })?;
-        tell!("{} rows in {}\n", done.of, self.out.display());
-        finish(&study, &self.out, &tally, &command_line, live)
-    }
+/// Puts the shards of a study together.
+fn join(out: &Path, shards: &[PathBuf], is_live: bool) -> anyhow::Result<bool> {
+    let shards = shards_in_order(shards)?;
+    let Some((folder, first)) = shards.first() else {
+        bail!("give the folders of all shards");
+    };
+    let study = first.study(folder)?;
+    let live = live_of(&study, is_live)?;
+    let columns = columns(&study);
+    let mut tally = Tally::new(&study, &columns);
+    let command_line = first.whole().command_line(Some(out));
+    let add = |row: &_| tally.add(row);
+    let done = merge(out, &shards, &columns, &command_line, add)?;
+    tell!("{} rows in {}\n", done.of, out.display());
+    finish(&study, out, &tally, &command_line, live)
 }
 
 /// The simulator of a study's base for its report, where it is asked for.
 fn live_of(study: &Study, is_asked: bool) -> anyhow::Result<Option<Live>> {
     let template = study.template();
-    let of = || {
-        live(LiveCase::new(
-            template.source_name(),
-            template.text(),
-            &study.sets,
-        )?)
-    };
-    is_asked.then(of).transpose()
+    let (file, text) = (template.source_name(), template.text());
+    live_if(is_asked, || Ok(LiveCase::new(file, text, &study.sets)?))
 }
 
 /// Prints the table, writes pictures and report; whether enough runs pass.
@@ -365,22 +343,16 @@ fn finish(
     if study.rows() > MOST_ROWS && !pictures.is_empty() {
         tell!("the pictures show the first {MOST_ROWS} rows\n");
     }
-    for Specified {
-        picture,
-        specification,
-    } in &pictures
-    {
-        let path = folder.join(format!("{}.vl.json", picture.file));
-        match specification {
+    for drawn in &pictures {
+        let path = folder.join(format!("{}.vl.json", drawn.picture.file));
+        match &drawn.specification {
             Ok(specification) => write(&path, &format!("{specification}\n"))?,
             Err(error) => tell!("{error}\n"),
         }
     }
     let report = folder.join("report.html");
-    write(
-        &report,
-        &render(study, tally, &pictures, command_line, live.as_ref())?,
-    )?;
+    let page = render(study, tally, &pictures, command_line, live.as_ref())?;
+    write(&report, &page)?;
     say!("pictures, plan and all figures: {}\n", report.display())?;
     if tally.rungs.iter().all(|rung| rung.made == 0) {
         let results = folder.join("results.csv");
@@ -418,10 +390,8 @@ fn table(tally: &Tally) -> String {
         if let Some((row, reason)) = &rung.first_reason {
             text += &format!("{} not made; row {row}: {reason}\n", rung.not_made);
         }
-        let header = [
-            "figure", "least", "in row", "mean", "most", "in row", "unit", "none",
-        ];
-        text += &terminal::table(header, 1, figure_rows(rung));
+        let header = "figure|least|in row|mean|most|in row|unit|none";
+        text += &terminal::table(header.split('|'), 1, figure_rows(rung));
         if let Some(words) = unstable_words(rung) {
             text += &(words + "\n");
         }

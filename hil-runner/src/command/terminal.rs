@@ -67,6 +67,21 @@ pub(crate) fn print_error(text: &str) {
     let _ = stderr.write_all(text.as_bytes());
 }
 
+/// The same of a line without its end.
+pub(super) fn tell_line(line: &str) {
+    tell!("{line}\n");
+}
+
+/// Prints a text, but to standard error where an output goes to standard output:
+/// data stays alone there.
+pub(super) fn print_beside(outputs: &[&Path], text: &str) -> io::Result<()> {
+    if outputs.contains(&Path::new("-")) {
+        print_error(text);
+        return Ok(());
+    }
+    print(text)
+}
+
 /// A name that leaves room for the other columns.
 pub(super) fn short(name: &str) -> String {
     const LONGEST: usize = 20;
@@ -105,13 +120,9 @@ static HANDLER: OnceLock<()> = OnceLock::new();
 /// Status of an interrupted program, as shells have it.
 const STATUS: i32 = 130;
 
-/// Notes interrupts from now on; the second one ends the program at once.
-pub(super) fn watch_signals() {
-    watch_signals_aloud("");
-}
-
-/// The same; the first one is answered with these words.
-pub(super) fn watch_signals_aloud(words: &'static str) {
+/// Notes interrupts from now on: the first one is answered with these words, the second
+/// one ends the program at once.
+pub(super) fn watch_signals(words: &'static str) {
     HANDLER.get_or_init(|| {
         let handler = move || {
             if INTERRUPTED.swap(true, Ordering::Relaxed) {
@@ -167,6 +178,11 @@ impl Progress {
         Self::labelled(case, &case.name)
     }
 
+    /// The same of the second run of a case.
+    pub(super) fn again(case: &Case) -> Self {
+        Self::labelled(case, &format!("{}, again", case.name))
+    }
+
     /// The same under another name than that of the case.
     pub(super) fn labelled(case: &Case, label: &str) -> Self {
         let microseconds = case.run.duration_ns / 1000;
@@ -190,7 +206,7 @@ impl Progress {
     }
 
     fn new(label: &str, length: u64, template: &str) -> Self {
-        watch_signals();
+        watch_signals("");
         let bar = bar(label, length, template);
         Self {
             bar,
@@ -242,13 +258,7 @@ impl Progress {
     }
 }
 
-impl Drop for Progress {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-/// A bar of so many steps.
+/// A bar of so many steps, gone when dropped.
 pub(super) fn bar(label: &str, length: u64, template: &str) -> ProgressBar {
     let bar = ProgressBar::new(length).with_prefix(label.to_owned());
     // A template that does not parse would leave the plain bar.

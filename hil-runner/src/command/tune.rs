@@ -16,7 +16,7 @@ use hil_core::runfile::{RunFile, Template, with_sets};
 use hil_core::tune::corners;
 use hil_core::tune::outcome::{self, TuneOutcome};
 use hil_core::tune::prepare::{NeededKey, Prepared, prepare};
-use hil_core::tune::problem::{NEARLY, Problem, Seen, with_controller_of};
+use hil_core::tune::problem::{NEARLY, Problem, with_controller_of};
 use hil_core::tune::search::{Found, fewest_runs, idle, probes, search};
 use hil_runner::files::{self, OutputFile};
 use hil_runner::host::Team;
@@ -28,8 +28,8 @@ mod settings_file;
 mod tables;
 
 use self::settings_file::{SettingsError, SettingsFile};
-use super::options::{Sets, live};
-use super::terminal::{self, check_signals, tell, watch_signals_aloud};
+use super::options::{Sets, live_if};
+use super::terminal::{self, check_signals, tell, watch_signals};
 
 /// Runs that a search may make for one axis, and for each of several.
 const RUNS: u64 = 10_000;
@@ -84,7 +84,11 @@ impl Tune {
         let mut prepared = prepare(&input.template, &input.settings)?;
         let runs = runs(&input.settings, &prepared.problem)?;
         let folder = self.folder(&input.template.base().name)?;
-        let live = self.live(&input)?;
+        let live = live_if(self.live, || {
+            let sets = input.sets.iter().filter(|set| !is_of_tune(set)).cloned();
+            let sets: Vec<String> = sets.collect();
+            Ok(LiveCase::new(&self.case, &input.text, &sets)?)
+        })?;
         let profile = profile_beside(&self.case, &input.text, &folder)?;
         prepared.needed.extend(profile);
         let mut known = SettingsFile::open(&folder, &self.origin(&input), &prepared.problem)?;
@@ -109,10 +113,8 @@ impl Tune {
             let command = self.command_line();
             format!("interrupted: every setting looked at is in {place}; to go on: {command}")
         })?;
-        let tolerance = match found.best.is_feasible() {
-            true => Some(tolerance(&input, &prepared, &found, &team)?),
-            false => None,
-        };
+        let tolerance = || tolerance(&input, &prepared, &found, &team);
+        let tolerance = found.best.is_feasible().then(tolerance).transpose()?;
         let outcome = TuneOutcome::new(&prepared, &found, input.settings.seed, tolerance);
         let of_yield = outcome.tolerance.as_ref().map_or(0, |of| 2 * of.axes);
         let looked = begun.elapsed().as_secs_f64();
@@ -138,12 +140,12 @@ impl Tune {
             Some(_) => of_case,
             None => self.sets.sets.clone(),
         };
-        let text = files::text(&self.case).map_err(anyhow::Error::msg)?;
+        let text = files::text(&self.case)?;
         let file = RunFile::parse(&self.case, &text, &sets, files::profile)?;
         let read = |path: &PathBuf| -> anyhow::Result<(String, String)> {
             let name = path.to_string_lossy().into_owned();
-            let text = files::text(&name).map_err(anyhow::Error::msg)?;
-            Ok((name, text.into_owned()))
+            let text = files::text(&name)?.into_owned();
+            Ok((name, text))
         };
         let tune = self.tune.as_ref().map(read).transpose()?;
         let settings = match (&tune, &file.tune) {
@@ -193,21 +195,13 @@ impl Tune {
         }
         let tuned = tuned_text(&input.text, prepared, found)?;
         let sets = sets_beside(&input.sets, outcome);
+        let place = path.to_string_lossy();
         // What is written is what was found.
-        RunFile::parse(&path.to_string_lossy(), &tuned, &sets, files::profile)?;
+        RunFile::parse(&place, &tuned, &sets, files::profile)?;
         OutputFile::create(path)?.write_whole(&tuned)?;
-        let words = ["run".into(), path.to_string_lossy()];
-        let words = words.iter().map(AsRef::as_ref);
+        let words = ["run", &place].into_iter();
         let command = command_line(words.chain(each_with("--set", &sets)));
-        Ok(format!("{command}\n"))
-    }
-
-    /// The simulator for the page, where it is asked for.
-    fn live(&self, input: &Input) -> anyhow::Result<Option<Live>> {
-        let sets = input.sets.iter().filter(|set| !is_of_tune(set)).cloned();
-        let sets: Vec<String> = sets.collect();
-        let of = || live(LiveCase::new(&self.case, &input.text, &sets)?);
-        self.live.then(of).transpose()
+        Ok(command + "\n")
     }
 
     /// Writes the page, before and after over each other; the sentences that it has, for the
@@ -257,25 +251,21 @@ impl Tune {
         known: &mut SettingsFile,
         team: &Team,
     ) -> anyhow::Result<Option<Found>> {
-        watch_signals_aloud("ending after the runs under way; nothing is lost\n");
+        watch_signals("ending after the runs under way; nothing is lost\n");
         let bar = terminal::bar("tune", budget[0], BAR);
         let starts = prepared.starts.iter();
         let starts: Vec<Vec<f64>> = starts.filter_map(|row| row.with.clone().ok()).collect();
         let problem = &mut prepared.problem;
         let mut runner = |cases: &[Case]| team.figures(cases);
-        problem
-            .run_before(&mut runner)
-            .map_err(anyhow::Error::msg)?;
-        let mut look = |problem: &mut Problem,
-                        settings: Vec<Vec<f64>>,
-                        most: f64|
-         -> anyhow::Result<Vec<Seen>> {
+        let before = problem.run_before(&mut runner);
+        before.map_err(anyhow::Error::msg)?;
+        let mut look = |problem: &mut Problem, settings: Vec<Vec<f64>>, most: f64| {
             check_signals()?;
             let seen = known.look(problem, settings, |problem, settings| {
                 problem.look(settings, most, &mut runner)
             })?;
             bar.inc(seen.iter().map(|seen| seen.runs).sum());
-            Ok(seen)
+            anyhow::Ok(seen)
         };
         let made = (|| {
             // Starts are shown, whatever margins they have.
@@ -296,11 +286,8 @@ impl Tune {
     }
 
     fn command_line(&self) -> String {
-        let path = |path: &Option<PathBuf>| {
-            path.as_ref()
-                .map(|path| path.to_string_lossy().into_owned())
-        };
-        let (tune, out) = (path(&self.tune), path(&self.out));
+        let paths = [&self.tune, &self.out];
+        let [tune, out] = paths.map(|path| path.as_deref().map(Path::to_string_lossy));
         let words = ["tune", &self.case].into_iter();
         let words = words
             .chain(each_with("--tune", &tune))
@@ -309,9 +296,14 @@ impl Tune {
     }
 }
 
+/// The key of an override.
+fn path_of(set: &str) -> &str {
+    set.split('=').next().unwrap_or_default().trim()
+}
+
 /// True for an override of [tune].
 fn is_of_tune(set: &str) -> bool {
-    let path = set.split('=').next().unwrap_or_default().trim();
+    let path = path_of(set);
     path == "tune" || path.starts_with("tune.")
 }
 
@@ -324,9 +316,8 @@ fn runs(settings: &TuneSettings, problem: &Problem) -> anyhow::Result<u64> {
     let usual = if axes > 1 { RUNS_A_CORNER * axes } else { RUNS };
     let (runs, fewest) = (settings.runs.unwrap_or(usual), fewest_runs(problem));
     if runs < fewest {
-        let of = |number: u64, one: &str, many: &str| match number {
-            1 => format!("1 {one}"),
-            number => format!("{number} {many}"),
+        let of = |number: u64, one: &str, many: &str| {
+            format!("{number} {}", if number == 1 { one } else { many })
         };
         bail!(
             "tune.runs = {runs} is not allowed: a search over {} and {} needs at least {fewest}",
@@ -391,24 +382,17 @@ fn broken_budget(run: &CaseRun) -> Option<String> {
     let verdicts = &run.outcome.summary.verdicts;
     let broken = verdicts.iter().filter(|verdict| !verdict.pass);
     let broken: Vec<&str> = broken.map(|verdict| verdict.figure).collect();
-    (!broken.is_empty()).then(|| {
-        format!(
-            "tuned.toml breaks the budget, of which no requirement was made: {}",
-            broken.join(", ")
-        )
-    })
+    let words = "tuned.toml breaks the budget, of which no requirement was made";
+    (!broken.is_empty()).then(|| format!("{words}: {}", broken.join(", ")))
 }
 
 /// The overrides that the tuned file leaves in force: those of [tune] and of the keys that it
 /// has are no longer.
 fn sets_beside(sets: &[String], outcome: &TuneOutcome) -> Vec<String> {
-    let is_in_the_file = |path: &str| {
-        let tuned = outcome.keys.iter().map(|row| &row.key);
-        let mut all = tuned.chain(outcome.needed.iter().map(|row| &row.key));
-        path.starts_with("tune") || all.any(|key| key == path)
-    };
-    let path = |set: &String| set.split('=').next().unwrap_or_default().trim().to_owned();
-    let beside = sets.iter().filter(|set| !is_in_the_file(&path(set)));
+    let tuned = outcome.keys.iter().map(|row| &row.key);
+    let tuned = tuned.chain(outcome.needed.iter().map(|row| &row.key));
+    let is_tuned = |set: &str| tuned.clone().any(|key| key == path_of(set));
+    let beside = sets.iter().filter(|set| !is_of_tune(set) && !is_tuned(set));
     beside.cloned().collect()
 }
 

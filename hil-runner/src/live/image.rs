@@ -29,13 +29,6 @@ impl Images {
     /// # Errors
     /// [`ImageError`] if there are none and they cannot be built.
     pub fn find(tell: &mut dyn FnMut(&str)) -> Result<Self, ImageError> {
-        if let Some(images) = BUILT_IN {
-            let [simulator, unpacker] = images.map(Cow::Borrowed);
-            return Ok(Self {
-                simulator,
-                unpacker,
-            });
-        }
         let builder = Builder::from_environment();
         let mut image = |name: &str| {
             let path = builder.image(&recipe(), name, tell)?;
@@ -43,10 +36,13 @@ impl Images {
             let refused = |error| ImageError(format!("{} cannot be read: {error}", path.display()));
             image.map(Cow::Owned).map_err(refused)
         };
-        let [simulator, unpacker] = IMAGES;
+        let [simulator, unpacker] = match BUILT_IN {
+            Some(images) => images.map(Cow::Borrowed),
+            None => [image(IMAGES[0])?, image(IMAGES[1])?],
+        };
         Ok(Self {
-            simulator: image(simulator)?,
-            unpacker: image(unpacker)?,
+            simulator,
+            unpacker,
         })
     }
 }

@@ -132,11 +132,9 @@ impl LiveCase {
 
     /// The same on all rungs over each other.
     #[must_use]
-    pub fn on_all_rungs(self) -> Self {
-        Self {
-            rungs: Some(Law::ALL.map(Law::name).into()),
-            ..self
-        }
+    pub fn on_all_rungs(mut self) -> Self {
+        self.rungs = Some(Law::ALL.map(Law::name).into());
+        self
     }
 
     /// Sixteen hexadecimal digits that another case does not have.

@@ -8,7 +8,6 @@
 //! 3.2,5,3.4353,…,1
 //! ```
 
-use std::collections::VecDeque;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -21,28 +20,18 @@ const SETTINGS: &str = "settings.csv";
 /// A file that cannot be gone on with.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum SettingsError {
-    /// It cannot be read or written.
-    #[error("{}: {error}", .path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: io::Error,
-    },
+    /// It cannot be read or written, and why.
+    #[error("{}: {}", .0.display(), .1)]
+    Io(PathBuf, io::Error),
     /// It is that of another tune.
     #[error(
         "{} holds the settings of another tune: the case, [tune], --set or the program have changed; \
          give another --out, or remove the file", .0.display()
     )]
     Other(PathBuf),
-    /// A line is no setting of this tune, or not the one that comes next.
-    #[error("{}:{line}: this is not what the tune writes there; remove the file to begin anew", .path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// Its line, from 1.
-        line: usize,
-    },
+    /// A line, from 1, is no setting of this tune, or not the one that comes next.
+    #[error("{}:{}: this is not what the tune writes there; remove the file to begin anew", .0.display(), .1)]
+    Damaged(PathBuf, usize),
 }
 
 /// A setting of the file: values, figures and runs.
@@ -55,7 +44,7 @@ pub(super) struct SettingsFile {
     file: File,
     /// Line of its first setting, from 1.
     first: usize,
-    known: VecDeque<Line>,
+    known: Vec<Line>,
     read: usize,
 }
 
@@ -71,10 +60,7 @@ impl SettingsFile {
         problem: &Problem,
     ) -> Result<Self, SettingsError> {
         let path = folder.join(SETTINGS);
-        let io = |error| SettingsError::Io {
-            path: path.clone(),
-            error,
-        };
+        let io = |error| SettingsError::Io(path.clone(), error);
         fs::create_dir_all(folder).map_err(io)?;
         let head = head(origin, problem);
         let mut options = OpenOptions::new();
@@ -82,7 +68,7 @@ impl SettingsFile {
         let mut file = options.open(&path).map_err(io)?;
         let mut text = Vec::new();
         file.read_to_end(&mut text).map_err(io)?;
-        let (first, mut known) = (head.lines().count() + 1, VecDeque::new());
+        let (first, mut known) = (head.lines().count() + 1, Vec::new());
         let mut whole = 0;
         if !head.as_bytes().starts_with(&text) {
             // A line without its end was cut off.
@@ -92,12 +78,9 @@ impl SettingsFile {
             let Some(lines) = lines.and_then(|text| text.strip_prefix(head.as_str())) else {
                 return Err(SettingsError::Other(path));
             };
-            for (line, number) in lines.lines().zip(first..) {
-                let setting = parse(line, problem);
-                known.push_back(setting.ok_or_else(|| SettingsError::Damaged {
-                    path: path.clone(),
-                    line: number,
-                })?);
+            for (text, line) in lines.lines().zip(first..) {
+                let damaged = || SettingsError::Damaged(path.clone(), line);
+                known.push(parse(text, problem).ok_or_else(damaged)?);
             }
         }
         file.set_len(whole as u64).map_err(io)?;
@@ -120,8 +103,7 @@ impl SettingsFile {
     /// # Errors
     /// [`SettingsError::Io`].
     pub(super) fn remove(&self) -> Result<(), SettingsError> {
-        let path = self.path.clone();
-        fs::remove_file(&path).map_err(|error| SettingsError::Io { path, error })
+        fs::remove_file(&self.path).map_err(|error| SettingsError::Io(self.path.clone(), error))
     }
 
     /// Settings that were there.
@@ -137,36 +119,26 @@ impl SettingsFile {
     pub(super) fn look(
         &mut self,
         problem: &mut Problem,
-        settings: Vec<Vec<f64>>,
+        mut settings: Vec<Vec<f64>>,
         look: impl FnOnce(&mut Problem, Vec<Vec<f64>>) -> Vec<Seen>,
     ) -> Result<Vec<Seen>, SettingsError> {
         let mut seen = Vec::with_capacity(settings.len());
-        let mut settings = settings.into_iter();
-        while let Some((values, figures, runs)) = self.known.pop_front() {
-            let Some(asked) = settings.next() else {
-                self.known.push_front((values, figures, runs));
-                break;
-            };
+        let next = self.first + self.read - self.known.len();
+        let rest = settings.split_off(self.known.len().min(settings.len()));
+        let known = self.known.drain(..settings.len()).zip(next..);
+        for (asked, ((values, figures, runs), line)) in settings.into_iter().zip(known) {
             if asked != values {
-                return Err(SettingsError::Damaged {
-                    path: self.path.clone(),
-                    // This setting is no longer among the known ones.
-                    line: self.first + self.read - self.known.len() - 1,
-                });
+                return Err(SettingsError::Damaged(self.path.clone(), line));
             }
             seen.push(problem.judge(values, figures, runs));
         }
-        let rest: Vec<Vec<f64>> = settings.collect();
         if rest.is_empty() {
             return Ok(seen);
         }
         let made = look(problem, rest);
         let lines: String = made.iter().map(line).collect();
         let written = self.file.write_all(lines.as_bytes());
-        written.map_err(|error| SettingsError::Io {
-            path: self.path.clone(),
-            error,
-        })?;
+        written.map_err(|error| SettingsError::Io(self.path.clone(), error))?;
         seen.extend(made);
         Ok(seen)
     }
@@ -190,22 +162,19 @@ fn line(seen: &Seen) -> String {
 }
 
 fn parse(line: &str, problem: &Problem) -> Option<Line> {
-    let mut cells = line.split(',');
-    let mut values = Vec::new();
-    for _ in &problem.variables {
-        values.push(cells.next()?.parse().ok()?);
-    }
-    let mut figures = Vec::new();
-    for _ in problem.figures() {
-        figures.push(match cells.next()? {
-            "" => None,
-            cell => Some(cell.parse().ok()?),
-        });
-    }
-    let runs = cells.next()?.parse().ok()?;
-    let numbers = figures.iter().flatten().chain(&values);
-    if runs > problem.corners.len() as u64 || numbers.copied().any(f64::is_nan) {
+    let cells: Vec<&str> = line.split(',').collect();
+    let (values, rest) = cells.split_at_checked(problem.variables.len())?;
+    let (runs, figures) = rest.split_last()?;
+    let runs = runs.parse().ok()?;
+    if runs > problem.corners.len() as u64 || figures.len() != problem.figures().count() {
         return None;
     }
-    cells.next().is_none().then_some((values, figures, runs))
+    let number = |cell: &&str| cell.parse().ok().filter(|number: &f64| !number.is_nan());
+    let figure = |cell: &&str| match *cell {
+        "" => Some(None),
+        _ => number(cell).map(Some),
+    };
+    let values = values.iter().map(number).collect::<Option<_>>()?;
+    let figures = figures.iter().map(figure).collect::<Option<_>>()?;
+    Some((values, figures, runs))
 }

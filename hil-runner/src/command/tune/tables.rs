@@ -1,8 +1,9 @@
 //! What a tune tells on the terminal.
 
-use hil_core::tune::outcome::{KeyRow, Point, RequirementRow, TuneOutcome};
+use hil_core::tune::outcome::{AimRow, KeyRow, Point, RequirementRow, TuneOutcome};
 use hil_core::{figures, number};
 
+use crate::command::options::once_each;
 use crate::command::terminal;
 
 fn shown(value: Option<f64>) -> String {
@@ -27,9 +28,8 @@ pub(super) fn tables(outcome: &TuneOutcome, sentences: &[String]) -> String {
         };
     }
     if let Some(tolerance) = &outcome.tolerance {
-        let [before, after] = tolerance
-            .yield_percent
-            .map(|percent| number::rounded(percent, 3));
+        let percent = tolerance.yield_percent;
+        let [before, after] = percent.map(|part| number::rounded(part, 3));
         text += &format!(
             "of {} axes drawn from their tolerance {before} % keep all requirements and limits before, {after} % after\n",
             tolerance.axes
@@ -43,11 +43,8 @@ pub(super) fn sentences(outcome: &TuneOutcome) -> Vec<String> {
     let requirements = outcome.requirements.iter();
     let requirements = requirements.filter_map(|required| sentence(outcome, required));
     let others = outcome.others.iter().map(|other| {
-        format!(
-            "another optimum is nearly as good: {}: {}",
-            setting(outcome, other),
-            aims_in_words(outcome, &other.aims)
-        )
+        let (keys, aims) = (setting(outcome, other), aims_in_words(outcome, &other.aims));
+        format!("another optimum is nearly as good: {keys}: {aims}")
     });
     let ends = outcome.keys.iter().filter_map(at_an_end);
     let mut all: Vec<String> = requirements.chain(ends).chain(others).collect();
@@ -80,19 +77,13 @@ fn starts_table(outcome: &TuneOutcome) -> String {
     let figures = outcome.aims.iter().map(|aim| aim.figure);
     let figures = figures.chain(outcome.requirements.iter().map(|required| required.figure));
     let figures = figures.map(|figure| figure.replace('_', "\n"));
-    let header: Vec<String> = core::iter::once("start".to_owned())
-        .chain(figures)
-        .collect();
-    let known = outcome
-        .starts
-        .iter()
-        .filter_map(|start| Some((start, start.point.as_ref()?)));
-    let rows = known.map(|(start, point)| {
+    let header = core::iter::once("start".to_owned()).chain(figures);
+    let rows = outcome.starts.iter().filter_map(|start| {
+        let point = start.point.as_ref()?;
         let values = point.aims.iter().chain(&point.requirements);
-        let cells = values.map(|value| shown(*value));
-        core::iter::once(start.name.clone())
-            .chain(cells)
-            .collect::<Vec<String>>()
+        let name = core::iter::once(start.name.clone());
+        let cells = name.chain(values.map(|value| shown(*value)));
+        Some(cells.collect::<Vec<_>>())
     });
     let mut text = terminal::table(header, 1, rows);
     for start in &outcome.starts {
@@ -113,15 +104,10 @@ fn keys_table(outcome: &TuneOutcome) -> String {
         [key, before, after, row.unit.to_owned(), from, to]
     });
     let mut text = terminal::table(header, 1, rows);
-    let mut origins: Vec<(&str, Vec<&str>)> = Vec::new();
-    for row in outcome.keys.iter().filter(|row| !row.origin.is_empty()) {
-        match origins.iter_mut().find(|(origin, _)| *origin == row.origin) {
-            Some((_, keys)) => keys.push(&row.key),
-            None => origins.push((row.origin, vec![&row.key])),
-        }
-    }
-    for (origin, keys) in origins {
-        text += &format!("range of {}: {origin}\n", keys.join(", "));
+    let origins = outcome.keys.iter().filter(|row| !row.origin.is_empty());
+    let origins = origins.map(|row| (row.key.clone(), row.origin.to_owned()));
+    for (keys, origin) in once_each(origins) {
+        text += &format!("range of {keys}: {origin}\n");
     }
     text
 }
@@ -181,19 +167,12 @@ fn sentence(outcome: &TuneOutcome, required: &RequirementRow) -> Option<String> 
         let percent = number::rounded(100.0 * price.relaxed_by, 2);
         let change = price.change.iter().zip(&outcome.aims);
         let change = change.filter_map(|(change, aim)| {
-            let change = (*change)?;
-            Some(format!(
-                "{} {} {}",
-                aim.figure,
-                number::relative_error(change),
-                figures::unit(aim.figure)
-            ))
+            let change = change.map(number::relative_error)?;
+            Some(in_words(aim, &change))
         });
-        let change: Vec<String> = change.collect();
-        return Some(format!(
-            "{figure} binds: {percent} % of its limit would buy {}",
-            change.join(", ")
-        ));
+        let change = change.collect::<Vec<_>>().join(", ");
+        let words = format!("{figure} binds: {percent} % of its limit would buy {change}");
+        return Some(words);
     }
     let at = required.gives_way_at.filter(|_| !required.kept)?;
     Some(format!(
@@ -205,10 +184,7 @@ fn sentence(outcome: &TuneOutcome, required: &RequirementRow) -> Option<String> 
 
 fn setting(outcome: &TuneOutcome, point: &Point) -> String {
     let keys = outcome.keys.iter().zip(&point.values);
-    let shown = |value: &String| match value.parse() {
-        Ok(number) => number::table(number),
-        Err(_) => value.clone(),
-    };
+    let shown = |value: &String| value.parse().map_or_else(|_| value.clone(), number::table);
     let keys: Vec<String> = keys
         .map(|(key, value)| format!("{} = {}", key.key, shown(value)))
         .collect();
@@ -217,13 +193,10 @@ fn setting(outcome: &TuneOutcome, point: &Point) -> String {
 
 fn aims_in_words(outcome: &TuneOutcome, values: &[Option<f64>]) -> String {
     let aims = outcome.aims.iter().zip(values);
-    let aims = aims.map(|(aim, value)| {
-        format!(
-            "{} {} {}",
-            aim.figure,
-            shown(*value),
-            figures::unit(aim.figure)
-        )
-    });
+    let aims = aims.map(|(aim, value)| in_words(aim, &shown(*value)));
     aims.collect::<Vec<String>>().join(", ")
+}
+
+fn in_words(aim: &AimRow, value: &str) -> String {
+    format!("{} {value} {}", aim.figure, figures::unit(aim.figure))
 }
