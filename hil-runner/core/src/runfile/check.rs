@@ -283,21 +283,19 @@ fn lacks_section(section: &Section) -> String {
         [] => key.need.is_required().then(|| key.name.to_owned()),
         // All ways stand where the first key of the first one would.
         ways @ [first, ..] => {
-            let leads = section
-                .parts(first)
-                .0
-                .first()
-                .is_some_and(|k| k.name == key.name);
+            let (required, _) = section.parts(first);
+            let leads = required.first().is_some_and(|first| first.name == key.name);
             leads.then(|| section.ways_words(ways))
         }
     };
     let keys: Vec<String> = section.keys.iter().filter_map(name_of).collect();
-    let name = section.name;
-    let rows = match table::list_instead_of(section) {
-        Some(list) => format!(", or [[{}]]", list.row.name),
-        None => String::new(),
-    };
-    format!("lacks the section [{name}] with {}{rows}", keys.join(", "))
+    let list = table::list_instead_of(section);
+    let rows = list.map_or(String::new(), |list| format!(", or [[{}]]", list.row.name));
+    format!(
+        "lacks the section [{}] with {}{rows}",
+        section.name,
+        keys.join(", ")
+    )
 }
 
 /// The value if it is what the key allows.
@@ -347,21 +345,15 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Value, String> {
         }
         (Kind::Intervals, Toml::Array(items)) => check_intervals(items, key),
         (Kind::Strings, Toml::Array(_)) | (Kind::Table, Toml::Table(_)) => Ok(Value::Text),
-        (
-            Kind::Number(Range::Any)
-            | Kind::Whole(..)
-            | Kind::Text
-            | Kind::Intervals
-            | Kind::Strings
-            | Kind::Table,
-            _,
-        ) => wrong_type(""),
-        (Kind::Number(_) | Kind::Time(_), _) => wrong_type("a number, "),
         // A string may be the right type and the wrong word.
         (Kind::NumberOrWord(..) | Kind::TimeOrWord(..), _) => {
             must(&format!("a number, {}", key.allowed()))
         }
         (Kind::Flag | Kind::Choice(_), _) => must(&key.allowed()),
+        (Kind::Number(range) | Kind::Time(range), _) if range != Range::Any => {
+            wrong_type("a number, ")
+        }
+        _ => wrong_type(""),
     }
 }
 

@@ -95,12 +95,8 @@ fn put_key(
     mut value: Value,
 ) -> Option<()> {
     let key = section.key(key)?.name;
-    let others = section
-        .keys
-        .iter()
-        .filter(|other| section.excludes(key, other.name));
-    for other in others {
-        table.remove(other.name);
+    for other in section.others(key) {
+        table.remove(other);
     }
     match table.get_mut(key).and_then(Item::as_value_mut) {
         Some(known) => {

@@ -176,11 +176,8 @@ impl RunFile {
     fn given_instead(&self, key: &str) -> Option<(String, String)> {
         let known = KeyPath::find(key).ok()?;
         let section = table::find(known.section)?;
-        let keys = section
-            .keys
-            .iter()
-            .filter(|other| section.excludes(known.key.name, other.name));
-        let mut paths = keys.map(|other| keys::path(section.name, other.name));
+        let others = section.others(known.key.name);
+        let mut paths = others.map(|other| keys::path(section.name, other));
         let given = paths.find(|path| self.values.is_given(path))?;
         Some((given, known.key.get(&self.case)?.to_toml()))
     }

@@ -56,16 +56,9 @@ static OWN: LazyLock<Vec<Vec<(String, String)>>> = LazyLock::new(|| {
 /// but for those of `[run]`.
 fn written(values: &Values) -> impl Iterator<Item = (String, String)> {
     let describes = |section: &str, key: &Key| {
-        let number = matches!(
-            key.kind,
-            Kind::Number(_)
-                | Kind::NumberOrWord(..)
-                | Kind::Whole(..)
-                | Kind::Time(_)
-                | Kind::TimeOrWord(..)
-                | Kind::Intervals
-        );
-        number && section != "run"
+        use Kind::{Choice, Flag, Strings, Table, Text};
+        let is_other = matches!(key.kind, Text | Flag | Choice(_) | Strings | Table);
+        !is_other && section != "run"
     };
     let given = values.given();
     given.filter_map(move |(section, key, entry)| {
