@@ -38,10 +38,8 @@ pub(crate) fn remarks(case: &Case) -> Vec<String> {
         let of_codes = of_codes.filter(|_| is_commanded);
         let of_codes = of_codes.map(|most| (most, "the largest code asks for"));
         let limit = limit.map(|most| (most, name));
-        [limit, of_codes]
-            .into_iter()
-            .flatten()
-            .min_by(|a, b| a.0.total_cmp(&b.0))
+        let both = limit.into_iter().chain(of_codes);
+        both.min_by(|a, b| a.0.total_cmp(&b.0))
     };
     let voltage = lower(
         case.voltage_limit_v(),
@@ -94,10 +92,8 @@ impl Needed {
     fn of(case: &Case) -> Self {
         let (motion, surroundings) = (&case.motion, case.surroundings());
         let end_s = motion.end_s().min(seconds(case.run.duration_ns));
-        let edges = case
-            .loads
-            .iter()
-            .flat_map(|load| [Some(load.from_ns), load.to_ns]);
+        let loads = case.loads.iter();
+        let edges = loads.flat_map(|load| [Some(load.from_ns), load.to_ns]);
         let edges_s = edges.flatten().map(seconds);
         let breaks_s = motion.breaks_s().iter().copied();
         let mut breaks_s: Vec<f64> = breaks_s.chain(edges_s).chain([end_s]).collect();
