@@ -47,9 +47,8 @@ pub(super) fn check(tree: &Table, findings: &mut Findings) -> Values {
             _ => {}
         }
         let part = Part::new(section, section.name.to_owned());
-        values
-            .parts
-            .push(part.check(node, table, tree, &meant, findings));
+        let part = part.check(node, table, tree, &meant, findings);
+        values.parts.push(part);
     }
     for list in LISTS {
         let name = list.row.name;
@@ -245,14 +244,12 @@ fn missing_words(
     // there are keys of two ways, which is told on its own.
     let names = ways.iter().copied().flatten().copied();
     let given: Vec<&str> = names.filter(|name| is_there(name)).collect();
-    let open: Vec<Way> = (ways.iter().copied())
-        .filter(|way| given.iter().all(|name| way.contains(name)))
-        .collect();
+    let is_open = |way: &Way| given.iter().all(|name| way.contains(name));
+    let open: Vec<Way> = ways.iter().copied().filter(is_open).collect();
     let missing = |way: &Way| -> Vec<&'static Key> {
-        let keys = way.iter().filter(|name| !is_there(name));
-        keys.filter_map(|name| section.key(name))
-            .filter(|key| lacks(key))
-            .collect()
+        let absent = way.iter().filter(|name| !is_there(name));
+        let keys = absent.filter_map(|name| section.key(name));
+        keys.filter(|key| lacks(key)).collect()
     };
     let missing: Vec<Vec<&Key>> = open.iter().map(missing).collect();
     let has = |keys: &[&Key], name: &str| keys.iter().any(|key| key.name == name);
@@ -261,9 +258,8 @@ fn missing_words(
     }
     if missing.iter().all(|keys| has(keys, key.name)) {
         // What --set has begun, --set must bring to its end.
-        let mut nodes = given
-            .iter()
-            .filter_map(|name| tree.section(section.name)?.get(name));
+        let nodes = given.iter();
+        let mut nodes = nodes.filter_map(|name| tree.section(section.name)?.get(name));
         let set = nodes.find_map(|node| match &node.place {
             Place::Set(text) => Some(format!("; with --set {text} it must come by --set too")),
             _ => None,

@@ -299,10 +299,8 @@ pub fn builtin_names() -> impl Iterator<Item = &'static str> {
 /// assert!(builtin_text("paper-9").is_none());
 /// ```
 pub fn builtin_text(name: &str) -> Option<&'static str> {
-    CASES
-        .iter()
-        .find(|(known, _)| *known == name)
-        .map(|(_, text)| *text)
+    let (_, text) = CASES.iter().find(|(known, _)| *known == name)?;
+    Some(text)
 }
 
 /// A built-in case with the overrides of a command line.

@@ -45,14 +45,12 @@ pub(super) fn points(path: &str, text: &str) -> Result<Vec<(f64, f64)>, String> 
         .flexible(true)
         .from_reader(text.as_bytes());
     let mut points: Vec<(f64, f64)> = Vec::new();
-    let mut is_header = true;
-    for record in reader.records() {
+    for (place, record) in reader.records().enumerate() {
         let record = record.map_err(|error| format!("{path}: {error}"))?;
         let line = csv_line(text, record.position());
         let refuse = |because: String| Err(format!("{path}:{line}: {because}"));
         let shown = || one_line(&record.iter().collect::<Vec<_>>().join(","), 60);
-        if is_header {
-            is_header = false;
+        if place == 0 {
             if !record.iter().map(str::trim).eq(COLUMNS) {
                 return refuse(format!("the columns must be t_s,x_mm, not {}", shown()));
             }

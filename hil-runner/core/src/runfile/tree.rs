@@ -66,13 +66,11 @@ impl Toml {
 
     /// The items of an array, each with its table if it is one.
     pub(super) fn rows(&self) -> Vec<(&Node, Option<&Table>)> {
-        match self {
-            Self::Array(items) => items
-                .iter()
-                .map(|item| (item, item.value.table()))
-                .collect(),
-            _ => Vec::new(),
-        }
+        let items = match self {
+            Self::Array(items) => items.iter(),
+            _ => [].iter(),
+        };
+        items.map(|item| (item, item.value.table())).collect()
     }
 }
 
@@ -189,14 +187,13 @@ fn table(source: &DeTable<'_>, locate: Locate<'_>) -> Table {
     // The parser sorts by name; the file's own order is that of the spans.
     let mut keys: Vec<_> = source.iter().collect();
     keys.sort_by_key(|(key, _)| key.span().start);
-    let entries = keys
-        .into_iter()
-        .map(|(key, value)| {
-            let name = key.get_ref().to_string();
-            (name, node(value.get_ref(), value.span(), locate))
-        })
-        .collect();
-    Table { entries }
+    let entries = keys.into_iter().map(|(key, value)| {
+        let name = key.get_ref().to_string();
+        (name, node(value.get_ref(), value.span(), locate))
+    });
+    Table {
+        entries: entries.collect(),
+    }
 }
 
 fn node(value: &DeValue<'_>, span: Range<usize>, locate: Locate<'_>) -> Node {
