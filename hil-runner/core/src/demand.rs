@@ -41,11 +41,8 @@ pub(crate) fn remarks(case: &Case) -> Vec<String> {
         let both = limit.into_iter().chain(of_codes);
         both.min_by(|a, b| a.0.total_cmp(&b.0))
     };
-    let voltage = lower(
-        case.voltage_limit_v(),
-        "voltage_limit_v is",
-        !is_current_drive,
-    );
+    let limit_v = case.voltage_limit_v();
+    let voltage = lower(limit_v, "voltage_limit_v is", !is_current_drive);
     if let Some((limit_v, name)) = voltage
         && needed.voltage_v > limit_v
     {
@@ -59,11 +56,8 @@ pub(crate) fn remarks(case: &Case) -> Vec<String> {
             rounded(limit_v, 3),
         ));
     }
-    let current = lower(
-        case.amplifier.current_limit_a(),
-        "current_limit_a is",
-        is_current_drive,
-    );
+    let limit_a = case.amplifier.current_limit_a();
+    let current = lower(limit_a, "current_limit_a is", is_current_drive);
     if let Some((limit_a, name)) = current
         && needed.peak_current_a > limit_a
     {

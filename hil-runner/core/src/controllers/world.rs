@@ -184,11 +184,7 @@ impl Reported {
         Self {
             status: AxisStatus {
                 state,
-                fault: None,
-                first_fault: None,
-                faults: 0,
-                peak_error_counts: 0,
-                refused_requests: 0,
+                ..AxisStatus::default()
             },
             error_counts: 0,
             code: 0,
@@ -377,14 +373,9 @@ pub struct StreamedQueue {
 }
 
 impl StreamedQueue {
-    pub(super) fn of_stretches(generator: Generator, velocity_fraction_bits: u8) -> Self {
+    pub(super) fn of_stretches(generator: Generator, velocity_bits: u8) -> Self {
         let stretch = Stretch::default();
-        Self::new(Supply::Stretches(
-            generator,
-            stretch,
-            0,
-            velocity_fraction_bits,
-        ))
+        Self::new(Supply::Stretches(generator, stretch, 0, velocity_bits))
     }
 
     pub(super) fn of_table(table: Table) -> Self {
