@@ -27,18 +27,8 @@ const IN_VOLTS: Way = &["kp_v_per_rad", "ki_v_per_rad_s", "kd_vs_per_rad"];
 const IN_AMPERES: Way = &["kp_a_per_rad", "ki_a_per_rad_s", "kd_as_per_rad"];
 
 /// Keys of the drive of one kind, which the other does not have.
-pub(crate) const OF_VOLTAGE_DRIVE: [&str; 4] = [
-    "kp_v_per_rad",
-    "ki_v_per_rad_s",
-    "kd_vs_per_rad",
-    "velocity_gain_vs_per_rad",
-];
-pub(crate) const OF_CURRENT_DRIVE: [&str; 4] = [
-    "kp_a_per_rad",
-    "ki_a_per_rad_s",
-    "kd_as_per_rad",
-    "velocity_gain_as_per_rad",
-];
+pub(crate) const OF_VOLTAGE_DRIVE: [Way; 2] = [IN_VOLTS, &["velocity_gain_vs_per_rad"]];
+pub(crate) const OF_CURRENT_DRIVE: [Way; 2] = [IN_AMPERES, &["velocity_gain_as_per_rad"]];
 
 /// The gains of the law in codes per count, unless the drive is of another kind.
 fn gains(case: &mut Case, of_current: bool) -> Option<&mut PidGains> {
