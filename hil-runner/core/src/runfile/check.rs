@@ -9,7 +9,7 @@ use super::keys::{
     Way, path,
 };
 use super::table::{self, LISTS, SECTIONS};
-use super::tree::{Node, Number, Table, Toml, nanoseconds};
+use super::tree::{Node, Table, Toml, nanoseconds};
 use super::values::{Setting, Value, show_number};
 use crate::case::Law;
 
@@ -323,11 +323,11 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Value, String> {
         {
             Ok(Value::Choice(word))
         }
-        (Kind::Number(range) | Kind::NumberOrWord(range, _), Toml::Number(number)) => {
-            let checked = check_number(number.value, range, key);
+        (Kind::Number(range) | Kind::NumberOrWord(range, _), Toml::Number(value, _)) => {
+            let checked = check_number(*value, range, key);
             checked.map(Value::Number).or_else(|words| must(&words))
         }
-        (Kind::Whole(low, high), Toml::Number(Number { value, .. })) => {
+        (Kind::Whole(low, high), Toml::Number(value, _)) => {
             // Exact: the limits of the table are far below 2^53.
             let inside = (low as f64..=high as f64).contains(value);
             if !inside || value.fract() != 0.0 {
@@ -335,8 +335,8 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Value, String> {
             }
             Ok(Value::Whole(*value as i64))
         }
-        (Kind::Time(range) | Kind::TimeOrWord(range, _), Toml::Number(number)) => {
-            let time = check_time(number, range, key);
+        (Kind::Time(range) | Kind::TimeOrWord(range, _), Toml::Number(value, decimal)) => {
+            let time = check_time(*value, decimal, range, key);
             time.map(Value::Nanoseconds).or_else(|words| must(&words))
         }
         (Kind::Intervals, Toml::Array(items)) => check_intervals(items, key),
@@ -384,12 +384,12 @@ pub(super) fn check_number(value: f64, range: Range, key: &Key) -> Result<f64, S
 
 /// # Errors
 /// Condition on the time.
-fn check_time(number: &Number, range: Range, key: &Key) -> Result<u64, String> {
-    let value = check_number(number.value, range, key)?;
+fn check_time(value: f64, decimal: &str, range: Range, key: &Key) -> Result<u64, String> {
+    let value = check_number(value, range, key)?;
     if value > LONGEST_TIME_S {
         return Err(format!("at most {} s", show_number(LONGEST_TIME_S)));
     }
-    match nanoseconds(&number.decimal) {
+    match nanoseconds(decimal) {
         Some(ns) if ns > 0 || range != Range::Positive => Ok(ns),
         _ => Err("a whole number of nanoseconds".to_owned()),
     }
@@ -405,8 +405,8 @@ fn check_intervals(items: &[Node], key: &Key) -> Result<Value, String> {
     }
     let mut wrong = Vec::new();
     for (index, (slot, item)) in intervals.iter_mut().zip(items).enumerate() {
-        match item.value {
-            Toml::Number(Number { value, .. }) if (0.0..=LARGEST_MAGNITUDE).contains(&value) => {
+        match item.value.number() {
+            Some(value) if (0.0..=LARGEST_MAGNITUDE).contains(&value) => {
                 // What is this short is no interval; see `LARGEST_MAGNITUDE`.
                 let counts = value >= SMALLEST_MAGNITUDE;
                 *slot = if counts { value } else { 0.0 };

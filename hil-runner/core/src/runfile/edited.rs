@@ -5,7 +5,7 @@ use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 use super::keys::Section;
 use super::table;
-use super::{Findings, Place, Problem, RunFileErrors};
+use super::{Place, Problem, RunFileErrors};
 
 /// The text of a run file with `sets`, each `section.key=value` as on the command line;
 /// whatever else stands in it stays as it is. A key that was not there comes last in its
@@ -30,10 +30,9 @@ pub fn with_sets(source_name: &str, text: &str, sets: &[String]) -> Result<Strin
     let mut document = parsed.map_err(|error| unreadable(error.to_string()))?;
     for set in sets {
         if put(&mut document, set).is_none() {
-            let mut findings = Findings::new(source_name);
             let because = "it names no key of a section, or of a row that the file has".to_owned();
-            findings.push(Place::Set(set.clone()), Problem::Override(because));
-            return Err(findings.into_errors());
+            let (place, problem) = (Place::Set(set.clone()), Problem::Override(because));
+            return Err(RunFileErrors::one(source_name, place, problem));
         }
     }
     Ok(document.to_string())

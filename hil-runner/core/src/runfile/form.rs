@@ -97,6 +97,11 @@ impl RunFile {
         let laws = Law::ALL.into_iter();
         let acting = laws.filter(|law| key.acts.on(*law, is_given));
         let (kind, range) = kind_and_range(key.kind);
+        let (word, choices) = match key.kind {
+            Kind::NumberOrWord(_, word) | Kind::TimeOrWord(_, word) => (Some(word), None),
+            Kind::Choice(choices) => (None, Some(choices)),
+            _ => (None, None),
+        };
         let (low, high) = match range {
             None | Some(Range::Any) => (None, None),
             Some(Range::Positive | Range::NotNegative) => (Some(0.0), None),
@@ -107,14 +112,8 @@ impl RunFile {
             meaning: key.meaning.trim_end_matches(','),
             note: key.note.join(" "),
             kind,
-            word: match key.kind {
-                Kind::NumberOrWord(_, word) | Kind::TimeOrWord(_, word) => Some(word),
-                _ => None,
-            },
-            choices: match key.kind {
-                Kind::Choice(choices) => Some(choices),
-                _ => None,
-            },
+            word,
+            choices,
             low,
             high: high.or((kind == "time").then_some(LONGEST_TIME_S)),
             above: range == Some(Range::Positive),

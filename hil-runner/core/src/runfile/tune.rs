@@ -29,10 +29,7 @@ pub(super) fn read_file(
     sets: &[String],
     of_case: &Values,
 ) -> Result<TuneSettings, RunFileErrors> {
-    let mut findings = Findings::new(source_name);
-    let Some(tree) = overrides::document(text, sets, &mut findings) else {
-        return Err(findings.into_errors());
-    };
+    let (tree, mut findings) = overrides::document(source_name, text, sets)?;
     for (name, node) in tree.entries.iter().filter(|(name, _)| name != "tune") {
         let because = "a file for --tune has the section [tune] alone".to_owned();
         findings.refuse(node, name, because);
@@ -435,7 +432,7 @@ fn drawn(table: &Table) -> Result<Drawn, String> {
                 continue;
             }
             Toml::Text(text) => toml::Value::String(text.clone()),
-            Toml::Number(number) => toml::Value::Float(number.value),
+            Toml::Number(value, _) => toml::Value::Float(*value),
             other => return Err(format!("{name} is {}; {WORDS}", other.type_words())),
         };
         plain.insert(name.clone(), value);

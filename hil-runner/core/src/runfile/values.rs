@@ -202,17 +202,15 @@ pub(super) trait Choices: Copy + PartialEq + 'static {
 
 impl<T: Choices> Setting for T {
     fn of(value: Value) -> Option<Self> {
-        let Value::Choice(name) = value else {
-            return None;
-        };
-        let index = T::NAMES.iter().position(|known| *known == name)?;
-        T::ALL.get(index).copied()
+        let mut all = T::ALL.iter().zip(T::NAMES);
+        let (setting, _) = all.find(|(_, name)| value == Value::Choice(name))?;
+        Some(*setting)
     }
 
     fn value(&self) -> Value {
-        let index = T::ALL.iter().position(|known| known == self);
-        let name = index.and_then(|index| T::NAMES.get(index));
-        Value::Choice(name.copied().unwrap_or_default())
+        let mut all = T::ALL.iter().zip(T::NAMES);
+        let named = all.find(|(known, _)| *known == self);
+        Value::Choice(named.map_or("", |(_, name)| name))
     }
 }
 
