@@ -97,10 +97,8 @@ pub(crate) fn verdicts(case: &Case, figure: impl Fn(&str) -> Option<f64>) -> Vec
     let own = case.budget.iter().flatten();
     // A limit that nobody asked for is one of ours.
     let is_default = |limit: &Limit| default || own.clone().all(|own| own.figure != limit.figure);
-    let mut verdicts: Vec<Verdict> = limits
-        .iter()
-        .map(|limit| Verdict::new(limit, figure(limit.figure), is_default(limit)))
-        .collect();
+    let verdict = |limit: &Limit| Verdict::new(limit, figure(limit.figure), is_default(limit));
+    let mut verdicts: Vec<Verdict> = limits.iter().map(verdict).collect();
     // Nor has a chip done its work that was not done with a code when the next
     // was due.
     let late = figure(DEADLINE_MISSES);

@@ -144,11 +144,8 @@ impl CascadeGains {
     /// `K_p` \[V/rad\], `K_i` \[V/(rad s)\] and `K_d` \[V s/rad\] of the same law:
     /// `u = k·(1 + 1/(T_n·s))·(k_v·e + ė)`.
     pub fn gains(self) -> [f64; 3] {
-        let (kv, k, tn_s) = (
-            self.kv_per_s,
-            self.velocity_gain_vs_per_rad,
-            self.velocity_reset_s,
-        );
+        let (kv, k) = (self.kv_per_s, self.velocity_gain_vs_per_rad);
+        let tn_s = self.velocity_reset_s;
         [k * (kv + 1.0 / tn_s), k * kv / tn_s, k]
     }
 }

@@ -38,16 +38,11 @@ pub(crate) fn remarks(case: &Case) -> Vec<String> {
         let of_codes = of_codes.filter(|_| is_commanded);
         let of_codes = of_codes.map(|most| (most, "the largest code asks for"));
         let limit = limit.map(|most| (most, name));
-        [limit, of_codes]
-            .into_iter()
-            .flatten()
-            .min_by(|a, b| a.0.total_cmp(&b.0))
+        let both = limit.into_iter().chain(of_codes);
+        both.min_by(|a, b| a.0.total_cmp(&b.0))
     };
-    let voltage = lower(
-        case.voltage_limit_v(),
-        "voltage_limit_v is",
-        !is_current_drive,
-    );
+    let limit_v = case.voltage_limit_v();
+    let voltage = lower(limit_v, "voltage_limit_v is", !is_current_drive);
     if let Some((limit_v, name)) = voltage
         && needed.voltage_v > limit_v
     {
@@ -61,11 +56,8 @@ pub(crate) fn remarks(case: &Case) -> Vec<String> {
             rounded(limit_v, 3),
         ));
     }
-    let current = lower(
-        case.amplifier.current_limit_a(),
-        "current_limit_a is",
-        is_current_drive,
-    );
+    let limit_a = case.amplifier.current_limit_a();
+    let current = lower(limit_a, "current_limit_a is", is_current_drive);
     if let Some((limit_a, name)) = current
         && needed.peak_current_a > limit_a
     {
@@ -94,10 +86,8 @@ impl Needed {
     fn of(case: &Case) -> Self {
         let (motion, surroundings) = (&case.motion, case.surroundings());
         let end_s = motion.end_s().min(seconds(case.run.duration_ns));
-        let edges = case
-            .loads
-            .iter()
-            .flat_map(|load| [Some(load.from_ns), load.to_ns]);
+        let loads = case.loads.iter();
+        let edges = loads.flat_map(|load| [Some(load.from_ns), load.to_ns]);
         let edges_s = edges.flatten().map(seconds);
         let breaks_s = motion.breaks_s().iter().copied();
         let mut breaks_s: Vec<f64> = breaks_s.chain(edges_s).chain([end_s]).collect();

@@ -84,20 +84,20 @@ impl Distribution {
                     "log-uniform distribution needs 0 < low < high, both finite, not {low} and {high}"
                 ),
             ),
+            Self::Normal(Normal {
+                mean, deviation, ..
+            }) if !finite(&[mean, deviation]) || deviation <= 0.0 => {
+                let needs = format!(
+                    "normal distribution needs a finite mean and a deviation greater than 0, not {mean} and {deviation}"
+                );
+                (false, needs)
+            }
             Self::Normal(normal) => {
-                let (mean, deviation) = (normal.mean, normal.deviation);
                 let ([low, high], [from, to]) = (normal.limits(), normal.parts());
-                if finite(&[mean, deviation]) && deviation > 0.0 {
-                    let needs = format!(
-                        "normal distribution needs low < high with at least a millionth of it between them, not {low} and {high}"
-                    );
-                    (low < high && to - from > 1e-6, needs)
-                } else {
-                    let needs = format!(
-                        "normal distribution needs a finite mean and a deviation greater than 0, not {mean} and {deviation}"
-                    );
-                    (false, needs)
-                }
+                let needs = format!(
+                    "normal distribution needs low < high with at least a millionth of it between them, not {low} and {high}"
+                );
+                (low < high && to - from > 1e-6, needs)
             }
             Self::Triangular { low, mode, high } => (
                 finite(&[low, mode, high]) && low <= mode && mode <= high && low < high,

@@ -6,7 +6,7 @@ use firmware::refusal::What;
 use plant::{Motion, PlantError};
 
 use crate::message::LinkError;
-use crate::quantise::{QuantiseError, key};
+use crate::quantise::{QuantiseError, UnfitGain, key};
 use crate::runfile::{RunFile, RunFileErrors, motion_key};
 
 /// A run that could not be made or finished. Rows up to there were delivered.
@@ -71,10 +71,8 @@ pub fn refusals(file: &RunFile, error: &RunError) -> Vec<RunFileErrors> {
     };
     let key = match refused {
         QuantiseError::Gains(unfit) => {
-            let each = unfit
-                .iter()
-                .map(|gain| file.refuse(gain.key, &gain.because()));
-            return each.collect();
+            let refuse = |gain: &UnfitGain| file.refuse(gain.key, &gain.because());
+            return unfit.iter().map(refuse).collect();
         }
         QuantiseError::Setting { key, because, .. } => return vec![file.refuse(key, because)],
         QuantiseError::Refused(refusal) => key_of(refusal, &file.case.motion),

@@ -127,10 +127,7 @@ pub struct LogError {
 /// # Errors
 /// The sentence that says what is missing, or stands twice.
 fn columns(names: &csv::StringRecord) -> Result<(usize, Vec<LogColumn>, Vec<String>), String> {
-    let known = || {
-        let names = COLUMNS.iter().map(|column| column.name);
-        names.collect::<Vec<_>>().join(", ")
-    };
+    let known = || COLUMNS.map(|column| column.name).join(", ");
     if let Some(twice) = (names.iter().enumerate())
         .find_map(|(i, name)| names.iter().take(i).find(|before| *before == name))
     {
@@ -184,9 +181,8 @@ impl MeasuredLog {
         let mut csv = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             .from_reader(text.as_bytes());
-        let line_of = |position: Option<&csv::Position>| csv_line(text, position);
         let malformed = |error: &csv::Error| {
-            let line = line_of(error.position());
+            let line = csv_line(text, error.position());
             let problem = match error.kind() {
                 csv::ErrorKind::UnequalLengths {
                     expected_len, len, ..
@@ -202,15 +198,13 @@ impl MeasuredLog {
         let (mut t_s, mut before_s) = (Vec::new(), f64::NEG_INFINITY);
         for record in csv.records() {
             let record = record.map_err(|error| malformed(&error))?;
-            let line = line_of(record.position());
+            let line = csv_line(text, record.position());
             let number = |name: &str, cell: usize| {
                 let text = record.get(cell).unwrap_or_default();
                 let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+                let allowed = "only a finite number is";
                 number.ok_or_else(|| {
-                    refuse(
-                        line,
-                        format!("{name} = {text:?} is not allowed: only a finite number is"),
-                    )
+                    refuse(line, format!("{name} = {text:?} is not allowed: {allowed}"))
                 })
             };
             let now_s = number("t_s", time)?;
@@ -278,8 +272,17 @@ pub struct Comparison<'a> {
     case: &'a Case,
     next: usize,
     last: Option<Row>,
-    /// Of each column: samples, sum of squares, largest difference and its time.
-    sums: Vec<(usize, f64, f64, f64)>,
+    /// Of each column.
+    sums: Vec<Sum>,
+}
+
+/// Sum over a column.
+#[derive(Debug, Clone, Default)]
+struct Sum {
+    samples: usize,
+    squares: f64,
+    /// The largest difference and its time.
+    largest: (f64, f64),
 }
 
 impl<'a> Comparison<'a> {
@@ -290,7 +293,7 @@ impl<'a> Comparison<'a> {
             case,
             next: 0,
             last: None,
-            sums: vec![(0, 0.0, 0.0, 0.0); log.columns.len()],
+            sums: vec![Sum::default(); log.columns.len()],
         }
     }
 
@@ -324,34 +327,26 @@ impl<'a> Comparison<'a> {
             };
             let Some(simulated) = simulated else { continue };
             let difference = simulated - column.values[self.next];
-            let (samples, squares, largest, at_s) = *sum;
-            let further = difference.abs() > largest.abs() || samples == 0;
-            let (largest, at_s) = if further {
-                (difference, t_s)
-            } else {
-                (largest, at_s)
-            };
-            *sum = (
-                samples + 1,
-                squares + difference * difference,
-                largest,
-                at_s,
-            );
+            if difference.abs() > sum.largest.0.abs() || sum.samples == 0 {
+                sum.largest = (difference, t_s);
+            }
+            sum.samples += 1;
+            sum.squares += difference * difference;
         }
     }
 
     /// The differences, a column each.
     pub fn differences(&self) -> Vec<LogDifference> {
         let columns = self.log.columns.iter().zip(&self.sums);
-        let difference = |(column, &(samples, squares, largest, at_s)): (&LogColumn, &_)| {
-            let some = |value: f64| (samples > 0).then_some(value);
+        let difference = |(column, sum): (&LogColumn, &Sum)| {
+            let some = |value: f64| (sum.samples > 0).then_some(value);
             LogDifference {
                 column: column.name,
                 unit: COLUMNS[column.place].unit,
-                samples,
-                rms: some(libm::sqrt(squares / samples as f64)),
-                largest: some(largest),
-                largest_at_s: some(at_s),
+                samples: sum.samples,
+                rms: some(libm::sqrt(sum.squares / sum.samples as f64)),
+                largest: some(sum.largest.0),
+                largest_at_s: some(sum.largest.1),
             }
         };
         columns.map(difference).collect()

@@ -114,7 +114,7 @@ impl Command {
 }
 
 /// Report of the axis with every command.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct AxisStatus {
     /// State after the sample.
     pub state: State,

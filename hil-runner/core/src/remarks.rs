@@ -56,9 +56,9 @@ fn late_loads(case: &Case) -> impl Iterator<Item = String> {
 
 /// Requests, faults and gain changes that come when the run is over.
 fn late_events(case: &Case) -> impl Iterator<Item = String> {
-    let sections = SECTIONS
-        .iter()
-        .filter(|section| ["sequence", "gain_change", "inject"].contains(&section.name));
+    let of_events = ["sequence", "gain_change", "inject"];
+    let sections = SECTIONS.iter();
+    let sections = sections.filter(move |section| of_events.contains(&section.name));
     let keys = sections.flat_map(|section| section.keys.iter().map(move |key| (section.name, key)));
     let times = keys.filter_map(|(section, key)| {
         let is_time =
@@ -135,11 +135,8 @@ fn unheld_load(case: &Case) -> Option<String> {
     if case.controller.law == Law::Continuous {
         return None;
     }
-    let delay_ns = case
-        .controller
-        .computation_delay
-        .fixed_ns()
-        .unwrap_or(period_ns);
+    let delay_ns = case.controller.computation_delay.fixed_ns();
+    let delay_ns = delay_ns.unwrap_or(period_ns);
     let (carriage, transmission) = (&case.axis.carriage, &case.axis.transmission);
     let force_n = case.surroundings().force_at_n(0);
     let falling_n = force_n.abs() - held_n(case);

@@ -130,22 +130,14 @@ impl ScalingRequest {
             let word = self.finest(&gain, FRACTION_BITS.saturating_sub(own), word_bits);
             FixedPointGain { word, ..gain }
         });
-        let [
-            kp,
-            ki_dt,
-            kd_per_dt,
-            velocity_ff,
-            acceleration_ff,
-            friction_ff,
-        ] = rows.map(|row| row.word);
         let error_bits = self.error_bits();
         let mut words = LawWords {
-            kp,
-            ki_dt,
-            kd_per_dt,
-            velocity_ff,
-            acceleration_ff,
-            friction_ff,
+            kp: rows[0].word,
+            ki_dt: rows[1].word,
+            kd_per_dt: rows[2].word,
+            velocity_ff: rows[3].word,
+            acceleration_ff: rows[4].word,
+            friction_ff: rows[5].word,
             error_bits,
             integral_bits: 0,
             derivative: self.settings.derivative,

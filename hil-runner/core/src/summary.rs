@@ -355,6 +355,7 @@ impl EndOfRun<'_> {
         let seen = &self.rows.seen;
         let ripple = seen.ripple();
         let rest_error = seen.rest_error();
+        let (axis, period_ns) = (self.axis, case.controller.sample_time_ns);
         // From this rung on codes and counts are whole numbers.
         let whole_numbers = case.controller.law >= Law::Quantised;
         let at_rest = seen.at_rest().filter(|_| whole_numbers);
@@ -395,10 +396,8 @@ impl EndOfRun<'_> {
             rest_error_max_um: rest_error.map(|error| error.max_um),
             rest_error_rms_um: rest_error.map(|error| error.rms_um),
             loops: self.loops,
-            faults: self.axis.map(|axis| axis.faults),
-            axis: self
-                .axis
-                .map(|axis| AxisReport::new(&axis, case.controller.sample_time_ns.unwrap_or(0))),
+            faults: axis.map(|axis| axis.faults),
+            axis: axis.map(|axis| AxisReport::new(&axis, period_ns.unwrap_or(0))),
             chip: self.chip.clone(),
             events: self.events.filter(|_| case.run.events).map(|events| {
                 let event = |e: &ContactChange| (e.time_s, e.from.sign(), e.to.sign());

@@ -57,19 +57,14 @@ impl Row {
         // The sum turns −0 into 0, which is what a reader expects to see.
         let number = |value: f64| Some(Value::Number(value + 0.0));
         let sample = self.sample.as_ref();
+        let of_sample = |of: fn(&Sample) -> f64| number(of(sample?));
         let state = sample.and_then(|sample| sample.axis_state);
         let columns = [
             ("t_s", number(self.t_s)),
             ("x_ref_m", number(self.x_ref_m)),
             ("acc_ref_mps2", number(self.acc_ref_mps2)),
-            (
-                "error_counts",
-                sample.and_then(|sample| number(sample.error_counts)),
-            ),
-            (
-                "dac_code",
-                sample.and_then(|sample| number(sample.dac_code)),
-            ),
+            ("error_counts", of_sample(|sample| sample.error_counts)),
+            ("dac_code", of_sample(|sample| sample.dac_code)),
             ("motor_voltage_v", number(self.motor_voltage_v)),
             ("current_a", number(self.current_a)),
             ("beta_rad", number(self.beta_rad)),

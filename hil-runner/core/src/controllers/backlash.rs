@@ -49,16 +49,13 @@ fn compensation(setup: &Setup<'_>) -> Result<Option<BacklashCompensation>, Quant
     let peak_mps = setpoint.peak_mps();
     let peak_mps2 = motion.peak_acceleration_until_mps2(motion.end_s());
     let dt_s = setup.period_ns as f64 / 1e9;
-    let room = |key: &'static str, limit: Option<f64>, peak: f64, per_sample: f64| {
-        let limit = limit.unwrap_or(0.0);
+    let of_velocity = ("limits.velocity_mps", limits.velocity_mps.unwrap_or(0.0));
+    let acceleration_mps2 = limits.acceleration_mps2.unwrap_or(0.0);
+    let of_acceleration = ("limits.acceleration_mps2", acceleration_mps2);
+    let room = |(key, limit): (_, f64), unit: &str, peak: f64, per_sample: f64| {
         let left = (limit - peak) * setpoint.counts_per_m() * per_sample;
         let room = (left * 4_294_967_296.0).floor();
         if room < 1.0 {
-            let unit = if key.ends_with("mps2") {
-                "m/s²"
-            } else {
-                "m/s"
-            };
             let because = format!(
                 "the motion's own peak is {peak:.6} {unit}; the backlash compensation needs room above it"
             );
@@ -67,11 +64,9 @@ fn compensation(setup: &Setup<'_>) -> Result<Option<BacklashCompensation>, Quant
         // Saturates: more room than any axis needs.
         Ok(room as u64)
     };
-    let velocity = room("limits.velocity_mps", limits.velocity_mps, peak_mps, dt_s)?;
-    let (key, limit) = ("limits.acceleration_mps2", limits.acceleration_mps2);
     let room = Room {
-        velocity,
-        acceleration: room(key, limit, peak_mps2, dt_s * dt_s)?,
+        velocity: room(of_velocity, "m/s", peak_mps, dt_s)?,
+        acceleration: room(of_acceleration, "m/s²", peak_mps2, dt_s * dt_s)?,
     };
     let half_rad = f64::from(half_gap_counts) * case.axis.transmission.gear_ratio
         / case.encoder.counts_per_rad;
@@ -88,16 +83,15 @@ fn compensation(setup: &Setup<'_>) -> Result<Option<BacklashCompensation>, Quant
         let fits = |crossing: BacklashCompensation| u64::from(crossing.samples()) <= longest;
         let by_velocity =
             BacklashCompensation::plan(half_gap_counts, faster, trigger).is_ok_and(fits);
-        let (key, limit) = if by_velocity {
-            ("limits.velocity_mps", limits.velocity_mps)
-        } else {
-            ("limits.acceleration_mps2", limits.acceleration_mps2)
+        let (key, limit) = match by_velocity {
+            true => of_velocity,
+            false => of_acceleration,
         };
         let because = format!(
             "it leaves the backlash compensation so little room that it needs {samples} samples, longer than the \
                  motion with its {longest}"
         );
-        return Err(QuantiseError::setting(key, limit.unwrap_or(0.0), because));
+        return Err(QuantiseError::setting(key, limit, because));
     }
     Ok(Some(crossing))
 }

@@ -114,7 +114,7 @@ impl Setpoint {
     /// [`QuantiseError::Setting`] if the motion is too fast for whole counts.
     pub(super) fn rate_bits(&self) -> Result<RateBits, QuantiseError> {
         let peak_mps2 = (self.motion).peak_acceleration_until_mps2(self.motion.end_s());
-        let peaks = self.per_sample(self.peak_mps(), peak_mps2);
+        let [velocity, acceleration] = self.per_sample(self.peak_mps(), peak_mps2);
         let most = (LARGEST_RATE - 1) as f64;
         let finest = |(peak, unit): (f64, &str)| {
             // A rounded peak stays below as well.
@@ -127,7 +127,6 @@ impl Setpoint {
                 QuantiseError::setting("controller.sample_time_s", seconds(self.period_ns), because)
             })
         };
-        let [velocity, acceleration] = peaks;
         Ok(RateBits {
             velocity: finest((velocity, "sample"))?,
             acceleration: finest((acceleration, "sample²"))?,

@@ -291,10 +291,8 @@ impl<'a> Setup<'a> {
             // Samples of lag: counts per (count per sample).
             let lag = limit.per_speed_s * 1e9 / self.period_ns as f64;
             if lag >= f64::from(1 << 30) {
-                let (key, because) = (
-                    FOLLOWING_ERROR_PER_SPEED,
-                    "it must be below 2^30 sample times",
-                );
+                let key = FOLLOWING_ERROR_PER_SPEED;
+                let because = "it must be below 2^30 sample times";
                 return Err(QuantiseError::setting(key, limit.per_speed_s, because));
             }
             let (word, counts) = (finest_word(lag, 32, 31), limit.counts);

@@ -1,6 +1,7 @@
 //! A run as its axis sees it, sample by sample, wherever the axis runs: setpoints,
 //! requests, injected faults, a queue that runs dry; and the axis' reports so far.
 
+use std::cell::Cell;
 use std::sync::Arc;
 
 use firmware::law::Law;
@@ -66,14 +67,19 @@ impl World {
     /// The world of an axis at samples `period_ns` apart.
     pub fn new(options: &AxisOptions, period_ns: u64) -> Self {
         let (requests, injections) = (&options.requests, &options.injections);
-        let from = |at_ns: Option<u64>| at_ns.map(|at_ns| at_ns.div_ceil(period_ns));
+        let first = Cell::new(u64::MAX);
+        let from = |at_ns: Option<u64>| {
+            let tick = at_ns?.div_ceil(period_ns);
+            first.set(first.get().min(tick));
+            Some(tick)
+        };
         let missed = from(injections.missed_tick_ns);
         // Nothing comes at a sample that is missed; it waits for the next.
         let once = |at_ns| from(at_ns).map(|tick| tick + u64::from(missed == Some(tick)));
         // A counter of n bits shows n bits; the load's is as wide where it closes the loop.
         let mask = u32::MAX >> (u32::BITS - options.encoders.counter_bits);
         let glitch = injections.encoder_glitch;
-        let mut world = Self {
+        Self {
             requests: [
                 (once(requests.disable_ns), Event::Disable),
                 (once(requests.reset_ns), Event::Reset),
@@ -87,29 +93,14 @@ impl World {
             glitch: once(glitch.map(|glitch| glitch.at_ns)).zip(glitch.map(|glitch| glitch.counts)),
             bus_error: once(injections.bus_error_ns),
             missed,
-            first: u64::MAX,
             masks: match options.law.feedback {
                 Feedback::Dual => [mask, mask],
                 Feedback::Motor => [mask, u32::MAX],
             },
             frozen_counts: None,
-        };
-        let [disable, reset, enable] = world.requests.map(|(at, _)| at);
-        let ticks = [
-            disable,
-            reset,
-            enable,
-            world.gain_change,
-            world.dry,
-            world.stop,
-            world.stop_release,
-            world.freeze,
-            world.glitch.map(|(at, _)| at),
-            world.bus_error,
-            world.missed,
-        ];
-        world.first = ticks.into_iter().flatten().min().unwrap_or(u64::MAX);
-        world
+            // Of what a missed sample puts off the missed sample comes first.
+            first: first.get(),
+        }
     }
 
     /// True of a sample before any of it comes.
@@ -193,11 +184,7 @@ impl Reported {
         Self {
             status: AxisStatus {
                 state,
-                fault: None,
-                first_fault: None,
-                faults: 0,
-                peak_error_counts: 0,
-                refused_requests: 0,
+                ..AxisStatus::default()
             },
             error_counts: 0,
             code: 0,
@@ -350,32 +337,27 @@ enum Supply {
 
 impl Supply {
     fn next(&mut self) -> Streamed {
-        let (generator, stretch, left, bits) = match self {
-            Self::Stretches(generator, stretch, left, bits) => (generator, stretch, left, *bits),
-            Self::Table(table) => {
-                return match table.next() {
-                    Next::Setpoint(setpoint) => Streamed::Setpoint(setpoint),
-                    Next::Last(setpoint) => Streamed::Last(setpoint),
-                    // A table has a setpoint at least and no stretches.
-                    Next::Stretch(_) | Next::Underrun => Streamed::Last(Setpoint::default()),
-                };
+        let next = match self {
+            Self::Stretches(_, stretch, left @ 1.., bits) => {
+                stretch.advance();
+                *left -= 1;
+                Next::Setpoint(stretch.first(*bits))
             }
-        };
-        if *left > 0 {
-            stretch.advance();
-            *left -= 1;
-        } else {
-            match generator.next() {
-                Next::Stretch(next) => (*stretch, *left) = (next, next.samples - 1),
-                _ => {
-                    return Streamed::Last(Setpoint {
-                        position: generator.end,
-                        ..Setpoint::default()
-                    });
+            Self::Stretches(generator, stretch, left, bits) => match generator.next() {
+                Next::Stretch(next) => {
+                    (*stretch, *left) = (next, next.samples - 1);
+                    Next::Setpoint(next.first(*bits))
                 }
-            }
+                end => end,
+            },
+            Self::Table(table) => table.next(),
+        };
+        match next {
+            Next::Setpoint(setpoint) => Streamed::Setpoint(setpoint),
+            Next::Last(setpoint) => Streamed::Last(setpoint),
+            // A table has a setpoint at least and no stretches.
+            Next::Stretch(_) | Next::Underrun => Streamed::Last(Setpoint::default()),
         }
-        Streamed::Setpoint(stretch.first(bits))
     }
 }
 
@@ -391,14 +373,9 @@ pub struct StreamedQueue {
 }
 
 impl StreamedQueue {
-    pub(super) fn of_stretches(generator: Generator, velocity_fraction_bits: u8) -> Self {
+    pub(super) fn of_stretches(generator: Generator, velocity_bits: u8) -> Self {
         let stretch = Stretch::default();
-        Self::new(Supply::Stretches(
-            generator,
-            stretch,
-            0,
-            velocity_fraction_bits,
-        ))
+        Self::new(Supply::Stretches(generator, stretch, 0, velocity_bits))
     }
 
     pub(super) fn of_table(table: Table) -> Self {

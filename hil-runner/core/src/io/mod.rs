@@ -113,19 +113,16 @@ impl SpiIo {
             QuantiseError::setting(key, f64::from(bits), because)
         };
         let mut models = [Ad57x1rModel::Ad5721r, Ad57x1rModel::Ad5761r].into_iter();
-        let model = models
-            .find(|model| model.bits() == dac_bits)
-            .ok_or_else(|| {
-                let must = "it must have 12 bits (AD5721R) or 16 bits (AD5761R)";
-                no_part("drive.dac_bits", dac_bits, "converter", must)
-            })?;
+        let model = models.find(|model| model.bits() == dac_bits);
+        let must = "it must have 12 bits (AD5721R) or 16 bits (AD5761R)";
+        let model = model.ok_or_else(|| no_part("drive.dac_bits", dac_bits, "converter", must))?;
         let mut widths = [CounterWidth::Bits16, CounterWidth::Bits32].into_iter();
-        let width = widths
-            .find(|width| width.bits() == counter_bits)
-            .ok_or_else(|| {
-                let must = "the LS7366R must be used with 16 or 32 bits";
-                no_part("encoder.counter_bits", counter_bits, "counter", must)
-            })?;
+        let width = widths.find(|width| width.bits() == counter_bits);
+        let (key, must) = (
+            "encoder.counter_bits",
+            "the LS7366R must be used with 16 or 32 bits",
+        );
+        let width = width.ok_or_else(|| no_part(key, counter_bits, "counter", must))?;
 
         let line = || Line {
             pin: ModelPin::default(),

@@ -55,10 +55,8 @@ fn changes(cases: &[CaseReport]) -> Vec<Change> {
         let found = of.parameters.iter().find(same);
         found.map(|found| found.value.clone())
     };
-    let gone = before
-        .parameters
-        .iter()
-        .filter(|row| value(after, row).is_none());
+    let gone = before.parameters.iter();
+    let gone = gone.filter(|row| value(after, row).is_none());
     let rows = after.parameters.iter().chain(gone);
     let changes = rows.map(|row| Change {
         label: row.label.clone(),
@@ -66,7 +64,6 @@ fn changes(cases: &[CaseReport]) -> Vec<Change> {
         before: value(before, row),
         after: value(after, row),
     });
-    changes
-        .filter(|change| change.before != change.after)
-        .collect()
+    let changes = changes.filter(|change| change.before != change.after);
+    changes.collect()
 }

@@ -62,12 +62,8 @@ impl Report {
     pub fn with_log(mut self, log: MeasuredLog, differences: Vec<Vec<LogDifference>>) -> Self {
         let rungs = self.ladder.iter_mut().flat_map(|ladder| &mut ladder.rungs);
         let of_rungs = rungs.map(|rung| &mut rung.log);
-        let places = self
-            .cases
-            .iter_mut()
-            .map(|case| &mut case.log)
-            .chain(of_rungs);
-        for (place, differences) in places.zip(differences) {
+        let of_cases = self.cases.iter_mut().map(|case| &mut case.log);
+        for (place, differences) in of_cases.chain(of_rungs).zip(differences) {
             *place = differences;
         }
         self.log = Some(log);
@@ -142,8 +138,12 @@ impl CaseReport {
     /// Everything but the curves of the run and of its loop.
     pub fn without_curves(run: &CaseRun) -> Self {
         let (case, summary) = (&run.case, &run.outcome.summary);
-        let chip = summary.chip.iter();
-        let gains = run.outcome.gains.iter();
+        let of_chip = summary.chip.iter().flat_map(chip_parameters);
+        let of_words = run.outcome.gains.iter().flat_map(parameters::of_words);
+        let parameters = parameters::of(case).into_iter();
+        let figure = |figure| FigureRow::of(figure, summary);
+        let figures = SUMMARY_FIGURES.iter().map(figure);
+        let figures = figures.chain(chip_figures(summary));
         let on_host = run.timing_verdict.iter().map(|verdict| FigureRow {
             value: verdict.value,
             ..FigureRow::of(&HOST_STEP_P99, summary)
@@ -152,18 +152,9 @@ impl CaseReport {
             name: summary.name.clone(),
             law: summary.law.to_owned(),
             solver: summary.solver.to_owned(),
-            parameters: parameters::of(case)
-                .into_iter()
-                .chain(gains.flat_map(parameters::of_words))
-                .chain(chip.flat_map(chip_parameters))
-                .collect(),
+            parameters: parameters.chain(of_words).chain(of_chip).collect(),
             verdicts: run.verdicts().cloned().collect(),
-            figures: SUMMARY_FIGURES
-                .iter()
-                .map(|figure| FigureRow::of(figure, summary))
-                .chain(chip_figures(summary))
-                .chain(on_host)
-                .collect(),
+            figures: figures.chain(on_host).collect(),
             host_timing: run.timing,
             reserved: kept_but(&[run.named_reservations()]),
             warnings: run.warnings.clone(),
@@ -215,10 +206,9 @@ fn chip_parameters(chip: &ChipReport) -> Vec<Parameter> {
 /// run that has to do with no chip.
 fn chip_figures(summary: &Summary) -> Vec<FigureRow> {
     let named = |key: &str| summary.verdicts.iter().any(|verdict| verdict.figure == key);
-    let of_chip = CHIP_FIGURES
-        .iter()
-        .filter(|figure| summary.chip.is_some() || named(figure.key))
-        .map(|figure| FigureRow::of(figure, summary));
+    let is_told = |figure: &&Figure| summary.chip.is_some() || named(figure.key);
+    let of_chip = CHIP_FIGURES.iter().filter(is_told);
+    let of_chip = of_chip.map(|figure| FigureRow::of(figure, summary));
     let states = summary.chip.iter().flat_map(|chip| {
         let counted = match chip.instructions_per_step_max {
             Some(_) => "instructions",
@@ -265,25 +255,18 @@ pub struct LadderReport {
 
 impl LadderReport {
     fn of(case: &str, rungs: &[Rung]) -> Self {
-        let rows = rungs.first().map_or(0, |rung| rung.outcome.grid.len());
+        let first = rungs.first();
+        let rows = first.map_or(0, |rung| rung.outcome.grid.len());
         let ticks = 0..u64::try_from(rows).unwrap_or(0);
+        let without_effect = keys_without_effect(rungs.iter().map(|rung| &rung.case));
+        let of_template = first.and_then(|rung| values_of_template(&rung.case));
         let below = std::iter::once(None).chain(rungs.iter().map(Some));
+        let of_rung = |(rung, below)| LadderRung::of(rung, below);
         Self {
             case: case.to_owned(),
-            warnings: keys_without_effect(rungs.iter().map(|rung| &rung.case))
-                .into_iter()
-                .chain(
-                    rungs
-                        .first()
-                        .and_then(|rung| values_of_template(&rung.case)),
-                )
-                .collect(),
+            warnings: without_effect.into_iter().chain(of_template).collect(),
             t_s: ticks.map(|tick| seconds(tick * GRID_NS)).collect(),
-            rungs: rungs
-                .iter()
-                .zip(below)
-                .map(|(rung, below)| LadderRung::of(rung, below))
-                .collect(),
+            rungs: rungs.iter().zip(below).map(of_rung).collect(),
         }
     }
 }

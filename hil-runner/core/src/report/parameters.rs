@@ -67,14 +67,10 @@ pub(crate) fn of(case: &Case) -> Vec<Parameter> {
 
 /// A load that acts for a time.
 fn load(load: &Load) -> Parameter {
-    let from_s = number::table(seconds(load.from_ns));
-    let label = match load.to_ns {
-        Some(to_ns) => {
-            let to_s = number::table(seconds(to_ns));
-            format!("Load from {from_s} s to {to_s} s")
-        }
-        None => format!("Load from {from_s} s on"),
-    };
+    let time = |ns| format!("{} s", number::table(seconds(ns)));
+    let end = load.to_ns.map(|to_ns| format!("to {}", time(to_ns)));
+    let end = end.unwrap_or("on".to_owned());
+    let label = format!("Load from {} {end}", time(load.from_ns));
     value(&label, load.force_n, "N")
 }
 
@@ -122,11 +118,9 @@ fn row(key: &Key, case: &Case) -> Option<Parameter> {
 pub(crate) fn of_words(words: &FixedPointGains) -> Vec<Parameter> {
     let gains = words.rows.iter().map(|gain| {
         let rounding = number::relative_error(gain.relative_error());
-        let word = format!("{} ({rounding})", gain.word);
-        let word = match gain.of_plant() {
-            Some(of_plant) => format!("{word}, {of_plant}"),
-            None => word,
-        };
+        let of_plant = gain.of_plant().map(|of_plant| format!(", {of_plant}"));
+        let of_plant = of_plant.unwrap_or_default();
+        let word = format!("{} ({rounding}){of_plant}", gain.word);
         let label = format!("{} in fixed point (rounding)", gain.name());
         text(&label, &word, gain.unit())
     });

@@ -93,9 +93,11 @@ impl Traces {
         let following_error_mm = |(point, command): (&PlotPoint, &MotionPoint)| {
             1e3 * (command.displacement_m - pitch * point.state.gamma_rad())
         };
+        let with_command = points.iter().zip(&command);
         let end_s = seconds(case.run.duration_ns);
         let has_codes = case.controller.law != Law::Continuous;
         let joint = case.axis.transmission.joint;
+        let has_gap = joint.elastic().is_some();
         let limits = [case.dac.code_min(), case.dac.code_max()].map(f64::from);
         let impacts = changes.iter().filter(|c| c.impact);
         Self {
@@ -106,18 +108,12 @@ impl Traces {
             x_m: of_points(&|p| pitch * p.state.gamma_rad()),
             v_ref_mps: of_command(|m| m.velocity_mps),
             v_mps: of_points(&|p| pitch * p.state.gamma_dot_radps()),
-            following_error_mm: points
-                .iter()
-                .zip(&command)
-                .map(following_error_mm)
-                .collect(),
+            following_error_mm: with_command.map(following_error_mm).collect(),
             motor_voltage_v: of_points(&|p| p.voltage_v),
             voltage_held: case.holds_the_voltage(),
             current_a: of_points(&|p| p.state.current_a),
             dac_code: has_codes.then(|| of_points(&|p| p.dac_code.unwrap_or(0.0))),
-            gap_deg: joint
-                .elastic()
-                .map(|_| of_points(&|p| p.state.epsilon_rad.to_degrees())),
+            gap_deg: has_gap.then(|| of_points(&|p| p.state.epsilon_rad.to_degrees())),
             voltage_limit_v: case.voltage_limit_v(),
             code_limits: (case.controller.law >= Law::Quantised).then_some(limits.into()),
             backlash_half_deg: joint.backlash_half_rad().to_degrees(),

@@ -9,7 +9,7 @@ use super::keys::{
     Way, path,
 };
 use super::table::{self, LISTS, SECTIONS};
-use super::tree::{Node, Number, Table, Toml, nanoseconds};
+use super::tree::{Node, Table, Toml, nanoseconds};
 use super::values::{Setting, Value, show_number};
 use crate::case::Law;
 
@@ -47,9 +47,8 @@ pub(super) fn check(tree: &Table, findings: &mut Findings) -> Values {
             _ => {}
         }
         let part = Part::new(section, section.name.to_owned());
-        values
-            .parts
-            .push(part.check(node, table, tree, &meant, findings));
+        let part = part.check(node, table, tree, &meant, findings);
+        values.parts.push(part);
     }
     for list in LISTS {
         let name = list.row.name;
@@ -245,14 +244,12 @@ fn missing_words(
     // there are keys of two ways, which is told on its own.
     let names = ways.iter().copied().flatten().copied();
     let given: Vec<&str> = names.filter(|name| is_there(name)).collect();
-    let open: Vec<Way> = (ways.iter().copied())
-        .filter(|way| given.iter().all(|name| way.contains(name)))
-        .collect();
+    let is_open = |way: &Way| given.iter().all(|name| way.contains(name));
+    let open: Vec<Way> = ways.iter().copied().filter(is_open).collect();
     let missing = |way: &Way| -> Vec<&'static Key> {
-        let keys = way.iter().filter(|name| !is_there(name));
-        keys.filter_map(|name| section.key(name))
-            .filter(|key| lacks(key))
-            .collect()
+        let absent = way.iter().filter(|name| !is_there(name));
+        let keys = absent.filter_map(|name| section.key(name));
+        keys.filter(|key| lacks(key)).collect()
     };
     let missing: Vec<Vec<&Key>> = open.iter().map(missing).collect();
     let has = |keys: &[&Key], name: &str| keys.iter().any(|key| key.name == name);
@@ -261,9 +258,8 @@ fn missing_words(
     }
     if missing.iter().all(|keys| has(keys, key.name)) {
         // What --set has begun, --set must bring to its end.
-        let mut nodes = given
-            .iter()
-            .filter_map(|name| tree.section(section.name)?.get(name));
+        let nodes = given.iter();
+        let mut nodes = nodes.filter_map(|name| tree.section(section.name)?.get(name));
         let set = nodes.find_map(|node| match &node.place {
             Place::Set(text) => Some(format!("; with --set {text} it must come by --set too")),
             _ => None,
@@ -283,21 +279,19 @@ fn lacks_section(section: &Section) -> String {
         [] => key.need.is_required().then(|| key.name.to_owned()),
         // All ways stand where the first key of the first one would.
         ways @ [first, ..] => {
-            let leads = section
-                .parts(first)
-                .0
-                .first()
-                .is_some_and(|k| k.name == key.name);
+            let (required, _) = section.parts(first);
+            let leads = required.first().is_some_and(|first| first.name == key.name);
             leads.then(|| section.ways_words(ways))
         }
     };
     let keys: Vec<String> = section.keys.iter().filter_map(name_of).collect();
-    let name = section.name;
-    let rows = match table::list_instead_of(section) {
-        Some(list) => format!(", or [[{}]]", list.row.name),
-        None => String::new(),
-    };
-    format!("lacks the section [{name}] with {}{rows}", keys.join(", "))
+    let list = table::list_instead_of(section);
+    let rows = list.map_or(String::new(), |list| format!(", or [[{}]]", list.row.name));
+    format!(
+        "lacks the section [{}] with {}{rows}",
+        section.name,
+        keys.join(", ")
+    )
 }
 
 /// The value if it is what the key allows.
@@ -329,11 +323,11 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Value, String> {
         {
             Ok(Value::Choice(word))
         }
-        (Kind::Number(range) | Kind::NumberOrWord(range, _), Toml::Number(number)) => {
-            let checked = check_number(number.value, range, key);
+        (Kind::Number(range) | Kind::NumberOrWord(range, _), Toml::Number(value, _)) => {
+            let checked = check_number(*value, range, key);
             checked.map(Value::Number).or_else(|words| must(&words))
         }
-        (Kind::Whole(low, high), Toml::Number(Number { value, .. })) => {
+        (Kind::Whole(low, high), Toml::Number(value, _)) => {
             // Exact: the limits of the table are far below 2^53.
             let inside = (low as f64..=high as f64).contains(value);
             if !inside || value.fract() != 0.0 {
@@ -341,27 +335,21 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Value, String> {
             }
             Ok(Value::Whole(*value as i64))
         }
-        (Kind::Time(range) | Kind::TimeOrWord(range, _), Toml::Number(number)) => {
-            let time = check_time(number, range, key);
+        (Kind::Time(range) | Kind::TimeOrWord(range, _), Toml::Number(value, decimal)) => {
+            let time = check_time(*value, decimal, range, key);
             time.map(Value::Nanoseconds).or_else(|words| must(&words))
         }
         (Kind::Intervals, Toml::Array(items)) => check_intervals(items, key),
         (Kind::Strings, Toml::Array(_)) | (Kind::Table, Toml::Table(_)) => Ok(Value::Text),
-        (
-            Kind::Number(Range::Any)
-            | Kind::Whole(..)
-            | Kind::Text
-            | Kind::Intervals
-            | Kind::Strings
-            | Kind::Table,
-            _,
-        ) => wrong_type(""),
-        (Kind::Number(_) | Kind::Time(_), _) => wrong_type("a number, "),
         // A string may be the right type and the wrong word.
         (Kind::NumberOrWord(..) | Kind::TimeOrWord(..), _) => {
             must(&format!("a number, {}", key.allowed()))
         }
         (Kind::Flag | Kind::Choice(_), _) => must(&key.allowed()),
+        (Kind::Number(range) | Kind::Time(range), _) if range != Range::Any => {
+            wrong_type("a number, ")
+        }
+        _ => wrong_type(""),
     }
 }
 
@@ -396,12 +384,12 @@ pub(super) fn check_number(value: f64, range: Range, key: &Key) -> Result<f64, S
 
 /// # Errors
 /// Condition on the time.
-fn check_time(number: &Number, range: Range, key: &Key) -> Result<u64, String> {
-    let value = check_number(number.value, range, key)?;
+fn check_time(value: f64, decimal: &str, range: Range, key: &Key) -> Result<u64, String> {
+    let value = check_number(value, range, key)?;
     if value > LONGEST_TIME_S {
         return Err(format!("at most {} s", show_number(LONGEST_TIME_S)));
     }
-    match nanoseconds(&number.decimal) {
+    match nanoseconds(decimal) {
         Some(ns) if ns > 0 || range != Range::Positive => Ok(ns),
         _ => Err("a whole number of nanoseconds".to_owned()),
     }
@@ -417,8 +405,8 @@ fn check_intervals(items: &[Node], key: &Key) -> Result<Value, String> {
     }
     let mut wrong = Vec::new();
     for (index, (slot, item)) in intervals.iter_mut().zip(items).enumerate() {
-        match item.value {
-            Toml::Number(Number { value, .. }) if (0.0..=LARGEST_MAGNITUDE).contains(&value) => {
+        match item.value.number() {
+            Some(value) if (0.0..=LARGEST_MAGNITUDE).contains(&value) => {
                 // What is this short is no interval; see `LARGEST_MAGNITUDE`.
                 let counts = value >= SMALLEST_MAGNITUDE;
                 *slot = if counts { value } else { 0.0 };

@@ -218,7 +218,8 @@ fn drive(v: &Values) -> Vec<Refusal> {
     };
     let of_drive = of_drive.iter().map(|key| path("drive", key));
     let of_gains = ["controller", "gain_change"].into_iter();
-    let of_gains = of_gains.flat_map(|section| gains.map(|key| path(section, key)));
+    let of_gains =
+        of_gains.flat_map(|section| gains.concat().into_iter().map(|key| path(section, key)));
     let given = of_drive.chain(of_gains).filter(|key| v.is_given(key));
     given.map(|key| refused(&key, because.to_owned())).collect()
 }

@@ -5,7 +5,7 @@ use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 use super::keys::Section;
 use super::table;
-use super::{Findings, Place, Problem, RunFileErrors};
+use super::{Place, Problem, RunFileErrors};
 
 /// The text of a run file with `sets`, each `section.key=value` as on the command line;
 /// whatever else stands in it stays as it is. A key that was not there comes last in its
@@ -26,15 +26,13 @@ use super::{Findings, Place, Problem, RunFileErrors};
 /// ```
 pub fn with_sets(source_name: &str, text: &str, sets: &[String]) -> Result<String, RunFileErrors> {
     let unreadable = |because: String| RunFileErrors::unreadable(source_name, because);
-    let mut document: DocumentMut = text
-        .parse()
-        .map_err(|error| unreadable(format!("{error}")))?;
+    let parsed = text.parse::<DocumentMut>();
+    let mut document = parsed.map_err(|error| unreadable(error.to_string()))?;
     for set in sets {
         if put(&mut document, set).is_none() {
-            let mut findings = Findings::new(source_name);
             let because = "it names no key of a section, or of a row that the file has".to_owned();
-            findings.push(Place::Set(set.clone()), Problem::Override(because));
-            return Err(findings.into_errors());
+            let (place, problem) = (Place::Set(set.clone()), Problem::Override(because));
+            return Err(RunFileErrors::one(source_name, place, problem));
         }
     }
     Ok(document.to_string())
@@ -47,12 +45,10 @@ fn put(document: &mut DocumentMut, set: &str) -> Option<()> {
     let value = value_of(text.trim());
     match *path.as_slice() {
         [key] => put_key(document.as_table_mut(), table::find("")?, key, value),
-        [section, key] => put_key(
-            section_of(document, section)?,
-            table::find(section)?,
-            key,
-            value,
-        ),
+        [section, key] => {
+            let table = section_of(document, section)?;
+            put_key(table, table::find(section)?, key, value)
+        }
         [list, row, key] => {
             let rows = document.get_mut(list)?;
             let place = row.parse::<usize>().ok()?.checked_sub(1)?;
@@ -76,9 +72,8 @@ fn value_of(text: &str) -> Value {
 
 /// A section, new if it is not there; an inline table becomes one.
 fn section_of<'d>(document: &'d mut DocumentMut, name: &str) -> Option<&'d mut Table> {
-    let section = document
-        .entry(name)
-        .or_insert_with(|| Item::Table(Table::new()));
+    let section = document.entry(name);
+    let section = section.or_insert_with(|| Item::Table(Table::new()));
     if !section.is_table() {
         let inline = core::mem::take(section).into_table().ok()?;
         *section = Item::Table(inline);
@@ -95,12 +90,8 @@ fn put_key(
     mut value: Value,
 ) -> Option<()> {
     let key = section.key(key)?.name;
-    let others = section
-        .keys
-        .iter()
-        .filter(|other| section.excludes(key, other.name));
-    for other in others {
-        table.remove(other.name);
+    for other in section.others(key) {
+        table.remove(other);
     }
     match table.get_mut(key).and_then(Item::as_value_mut) {
         Some(known) => {

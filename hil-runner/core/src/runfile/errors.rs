@@ -134,8 +134,13 @@ pub struct RunFileErrors {
 impl RunFileErrors {
     /// The one finding that a file cannot be read, with a sentence that says why.
     pub fn unreadable(path: &str, because: String) -> Self {
-        let mut findings = Findings::new(path);
-        findings.push(Place::File, Problem::Unreadable(because));
+        Self::one(path, Place::File, Problem::Unreadable(because))
+    }
+
+    /// The one finding.
+    pub(super) fn one(source_name: &str, place: Place, problem: Problem) -> Self {
+        let mut findings = Findings::new(source_name);
+        findings.push(place, problem);
         findings.into_errors()
     }
 

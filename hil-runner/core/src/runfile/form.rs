@@ -72,21 +72,18 @@ impl RunFile {
     /// # Ok::<(), hil_core::runfile::RunFileErrors>(())
     /// ```
     pub fn form(&self) -> Vec<FormSection> {
-        let of = |part: &Part| FormSection {
-            name: part.name.clone(),
-            meaning: part.section.meaning,
-            keys: part
-                .section
-                .keys
-                .iter()
-                .map(|key| self.form_key(part, key))
-                .collect(),
+        let of = |part: &Part| {
+            let keys = part.section.keys.iter();
+            FormSection {
+                name: part.name.clone(),
+                meaning: part.section.meaning,
+                keys: keys.map(|key| self.form_key(part, key)).collect(),
+            }
         };
         self.values.parts.iter().map(of).collect()
     }
 
     fn form_key(&self, part: &Part, key: &Key) -> FormKey {
-        let section = part.section;
         let of = |name: &str| path(&part.name, name);
         let full = of(key.name);
         let entry = self.values.entry(&full);
@@ -98,42 +95,34 @@ impl RunFile {
         };
         let is_given = |other: &str| self.values.is_given(&of(other));
         let laws = Law::ALL.into_iter();
-        let others = section.keys.iter().map(|other| other.name);
+        let acting = laws.filter(|law| key.acts.on(*law, is_given));
         let (kind, range) = kind_and_range(key.kind);
-        let (low, high, above) = match range {
-            None | Some(Range::Any) => (None, None, false),
-            Some(Range::Positive) => (Some(0.0), None, true),
-            Some(Range::NotNegative) => (Some(0.0), None, false),
-            Some(Range::Between(low, high)) => (Some(low), Some(high), false),
+        let (word, choices) = match key.kind {
+            Kind::NumberOrWord(_, word) | Kind::TimeOrWord(_, word) => (Some(word), None),
+            Kind::Choice(choices) => (None, Some(choices)),
+            _ => (None, None),
+        };
+        let (low, high) = match range {
+            None | Some(Range::Any) => (None, None),
+            Some(Range::Positive | Range::NotNegative) => (Some(0.0), None),
+            Some(Range::Between(low, high)) => (Some(low), Some(high)),
         };
         FormKey {
             unit: key.unit,
             meaning: key.meaning.trim_end_matches(','),
             note: key.note.join(" "),
             kind,
-            word: match key.kind {
-                Kind::NumberOrWord(_, word) | Kind::TimeOrWord(_, word) => Some(word),
-                _ => None,
-            },
-            choices: match key.kind {
-                Kind::Choice(choices) => Some(choices),
-                _ => None,
-            },
+            word,
+            choices,
             low,
             high: high.or((kind == "time").then_some(LONGEST_TIME_S)),
-            above,
+            above: range == Some(Range::Positive),
             allowed: key.allowed(),
             default: key.default().map(Value::to_toml),
             value: given.map(|entry| entry.text.clone()),
             held,
-            acts: laws
-                .filter(|law| key.acts.on(*law, is_given))
-                .map(Law::name)
-                .collect(),
-            excludes: others
-                .filter(|other| section.excludes(key.name, other))
-                .map(of)
-                .collect(),
+            acts: acting.map(Law::name).collect(),
+            excludes: part.section.others(key.name).map(of).collect(),
             path: full,
         }
     }

@@ -262,11 +262,8 @@ pub(super) fn key(section: &str, unknown: &str) -> Hint {
             ..Hint::default()
         };
     }
-    let names: Vec<&str> = known
-        .iter()
-        .flat_map(|section| section.keys)
-        .map(|key| key.name)
-        .collect();
+    let keys = known.iter().flat_map(|section| section.keys);
+    let names: Vec<&str> = keys.map(|key| key.name).collect();
     let otherwise = if section.is_empty() {
         "only name and template stand outside the sections".to_owned()
     } else {
@@ -278,18 +275,12 @@ pub(super) fn key(section: &str, unknown: &str) -> Hint {
 /// Up to three names near `unknown`, the nearest first.
 fn nearest<'a>(unknown: &str, names: &[&'a str]) -> Vec<&'a str> {
     let unknown = unknown.to_lowercase().replace('-', "_");
-    let mut near: Vec<(usize, &str)> = names
-        .iter()
-        .filter_map(|name| Some((distance(&unknown, name)?, *name)))
-        .collect();
-    near.sort_by_key(|(distance, _)| *distance);
-    let best = near.first().map_or(0, |(distance, _)| *distance);
+    let near = names.iter();
+    let near = near.filter(|name| distance(&unknown, name).is_some());
+    let best = near.clone().map(|name| distance(&unknown, name)).min();
     // One clear favourite stands alone; others only show if they are as near.
-    near.into_iter()
-        .filter(|(distance, _)| *distance == best)
-        .map(|(_, name)| name)
-        .take(3)
-        .collect()
+    let best = near.filter(|name| Some(distance(&unknown, name)) == best);
+    best.take(3).copied().collect()
 }
 
 /// Edits between the two if they are few enough for a slip; a name without

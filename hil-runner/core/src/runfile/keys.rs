@@ -37,11 +37,6 @@ pub struct List {
 pub type Way = &'static [&'static str];
 
 impl Section {
-    pub(super) const fn meaning(mut self, meaning: &'static str) -> Self {
-        self.meaning = meaning;
-        self
-    }
-
     /// The key of that name.
     pub fn key(&self, name: &str) -> Option<&'static Key> {
         self.keys.iter().find(|key| key.name == name)
@@ -62,10 +57,17 @@ impl Section {
     /// True of two keys that give one quantity and stand together in no way.
     pub fn excludes(&self, key: &str, other: &str) -> bool {
         let ways = self.ways_with(key);
-        ways.iter().any(|way| way.contains(&other))
-            && !ways
-                .iter()
-                .any(|way| way.contains(&key) && way.contains(&other))
+        let has = |names: &[&str]| {
+            let mut ways = ways.iter();
+            ways.any(|way| names.iter().all(|name| way.contains(name)))
+        };
+        has(&[other]) && !has(&[key, other])
+    }
+
+    /// Names of the keys that [`Section::excludes`] beside a key.
+    pub(super) fn others(&self, key: &str) -> impl Iterator<Item = &'static str> {
+        let names = self.keys.iter().map(|other| other.name);
+        names.filter(move |other| self.excludes(key, other))
     }
 
     /// The keys of a way that must be given in it, and the others.
@@ -92,13 +94,10 @@ impl Section {
 
     /// True if the section must be there for every run.
     pub fn is_required(&self) -> bool {
-        let always = |key: &&Key| key.need == Need::Always;
-        let has_always = |way: &Way| self.parts(way).0.iter().any(always);
-        let mut alone = self
-            .keys
-            .iter()
-            .filter(|key| self.ways_with(key.name).is_empty());
-        alone.any(|key| always(&key)) || self.ways.iter().any(|ways| ways.iter().all(has_always))
+        let always = |key: &Key| key.need == Need::Always;
+        let has_always = |way: &Way| self.parts(way).0.into_iter().any(always);
+        let alone = |key: &Key| always(key) && self.ways_with(key.name).is_empty();
+        self.keys.iter().any(alone) || self.ways.iter().any(|ways| ways.iter().all(has_always))
     }
 }
 
@@ -440,9 +439,8 @@ impl Key {
         self
     }
 
-    pub(super) const fn at(mut self, place: Place) -> Self {
-        self.access = Access::Place(place);
-        self
+    pub(super) const fn at(self, place: Place) -> Self {
+        self.access(Access::Place(place))
     }
 
     /// For a key that no check asks for together with others.
@@ -455,30 +453,8 @@ impl Key {
         self.at(place).alone()
     }
 
-    /// A part of a whole that is made elsewhere.
-    pub(super) const fn part(mut self, get: fn(&Case) -> Option<f64>) -> Self {
-        self.access = Access::Part(get);
-        self
-    }
-
-    /// The place that has the number times this.
-    pub(super) const fn times(mut self, factor: fn(&Case) -> f64, place: Place) -> Self {
-        self.access = Access::Times(factor, place);
-        self
-    }
-
-    /// The place that has the number divided by this.
-    pub(super) const fn per(mut self, divisor: fn(&Case) -> f64, place: Place) -> Self {
-        self.access = Access::Per(divisor, place);
-        self
-    }
-
-    pub(super) const fn by(
-        mut self,
-        set: fn(&mut Case, f64),
-        get: fn(&Case) -> Option<f64>,
-    ) -> Self {
-        self.access = Access::Own(set, get);
+    pub(super) const fn access(mut self, access: Access) -> Self {
+        self.access = access;
         self
     }
 
@@ -564,11 +540,15 @@ pub(super) const fn of_firmware<const N: usize>(mut keys: [Key; N]) -> [Key; N] 
     keys
 }
 
-/// A section without words.
-pub(super) const fn section(name: &'static str, keys: &'static [Key]) -> Section {
+/// A section of keys that are each given in one way.
+pub(super) const fn section(
+    name: &'static str,
+    keys: &'static [Key],
+    meaning: &'static str,
+) -> Section {
     Section {
         name,
-        meaning: "",
+        meaning,
         keys,
         ways: &[],
     }

@@ -65,7 +65,6 @@ use crate::figures;
 use crate::options::AxisOptions;
 use crate::rest::unfit_window;
 use check::Values;
-use errors::Findings;
 use tree::Table;
 use tune_settings::TuneSettings;
 
@@ -94,10 +93,7 @@ impl RunFile {
         sets: &[String],
         beside: impl Fn(&str, &str) -> Result<String, String>,
     ) -> Result<Self, RunFileErrors> {
-        let mut findings = Findings::new(source_name);
-        let Some(tree) = overrides::document(text, sets, &mut findings) else {
-            return Err(findings.into_errors());
-        };
+        let (tree, mut findings) = overrides::document(source_name, text, sets)?;
         let values = check::check(&tree, &mut findings);
         let tune = tune::read(&tree, &values, &values, &mut findings);
         let profile = |path: &str| profile::points(path, &beside(source_name, path)?);
@@ -156,7 +152,6 @@ impl RunFile {
     /// # Ok::<(), hil_core::runfile::RunFileErrors>(())
     /// ```
     pub fn refuse(&self, key: &str, because: &str) -> RunFileErrors {
-        let mut findings = Findings::new(&self.source_name);
         let (place, problem) = match self.given_instead(key) {
             // The file says it in another way, of which it is made.
             Some((given, text)) => {
@@ -167,8 +162,7 @@ impl RunFile {
             }
             None => consistency::refusal(&self.values, key, because.to_owned()),
         };
-        findings.push(place, problem);
-        findings.into_errors()
+        RunFileErrors::one(&self.source_name, place, problem)
     }
 
     /// The first key that the file gives in the place of another one, and what it makes
@@ -176,11 +170,8 @@ impl RunFile {
     fn given_instead(&self, key: &str) -> Option<(String, String)> {
         let known = KeyPath::find(key).ok()?;
         let section = table::find(known.section)?;
-        let keys = section
-            .keys
-            .iter()
-            .filter(|other| section.excludes(known.key.name, other.name));
-        let mut paths = keys.map(|other| keys::path(section.name, other.name));
+        let others = section.others(known.key.name);
+        let mut paths = others.map(|other| keys::path(section.name, other));
         let given = paths.find(|path| self.values.is_given(path))?;
         Some((given, known.key.get(&self.case)?.to_toml()))
     }
@@ -188,31 +179,25 @@ impl RunFile {
     /// A key whose value is right and makes something out of bounds of what a case
     /// holds, and the sentence that says so.
     fn unfit_conversion(&self) -> Option<(String, String)> {
-        for section in SECTIONS {
-            for ways in section.ways {
-                let [first, others @ ..] = *ways else {
-                    continue;
-                };
-                let others = others.iter().copied().flatten();
-                let mut paths = others.map(|name| keys::path(section.name, name));
-                let Some(given) = paths.find(|path| self.values.is_given(path)) else {
-                    continue;
-                };
-                let held = first.iter().filter_map(|name| section.key(name));
-                for key in held.filter(|key| key.need.is_required()) {
-                    if let (Kind::Number(range), Some(Value::Number(number))) =
-                        (key.kind, key.get(&self.case))
-                        && let Err(words) = check::check_number(number, range, key)
-                    {
-                        let number = values::show_number(number);
-                        let because =
-                            format!("it makes {} = {number}, which must be {words}", key.name);
-                        return Some((given, because));
-                    }
-                }
+        let unfit = |key: &Key| match (key.kind, key.get(&self.case)?) {
+            (Kind::Number(range), Value::Number(number)) if key.need.is_required() => {
+                let words = check::check_number(number, range, key).err()?;
+                let (name, number) = (key.name, values::show_number(number));
+                Some(format!("it makes {name} = {number}, which must be {words}"))
             }
-        }
-        None
+            _ => None,
+        };
+        let of_ways = |section: &Section, ways: &[Way]| {
+            let (first, others) = ways.split_first()?;
+            let others = others.iter().copied().flatten();
+            let mut paths = others.map(|name| keys::path(section.name, name));
+            let given = paths.find(|path| self.values.is_given(path))?;
+            let mut held = first.iter().filter_map(|name| section.key(name));
+            Some((given, held.find_map(unfit)?))
+        };
+        let of_section =
+            |section: &Section| section.ways.iter().find_map(|ways| of_ways(section, ways));
+        SECTIONS.iter().find_map(of_section)
     }
 }
 
@@ -302,10 +287,8 @@ pub fn builtin_names() -> impl Iterator<Item = &'static str> {
 /// assert!(builtin_text("paper-9").is_none());
 /// ```
 pub fn builtin_text(name: &str) -> Option<&'static str> {
-    CASES
-        .iter()
-        .find(|(known, _)| *known == name)
-        .map(|(_, text)| *text)
+    let (_, text) = CASES.iter().find(|(known, _)| *known == name)?;
+    Some(text)
 }
 
 /// A built-in case with the overrides of a command line.

@@ -1,7 +1,7 @@
 //! `--set section.key=value`: values of the command line, put into the tree
 //! of the file before anything is checked.
 
-use super::errors::{Findings, Place, Problem, one_line};
+use super::errors::{Findings, Place, Problem, RunFileErrors, one_line};
 use super::keys::Section;
 use super::table;
 use super::tree::{Node, Table, Toml, parse_document, parse_value};
@@ -9,32 +9,32 @@ use super::tree::{Node, Table, Toml, parse_document, parse_value};
 /// Longest override that a message repeats \[characters\].
 const ECHO: usize = 80;
 
-/// The tree of a text with its overrides; none where the text is no TOML, which is found.
-pub(super) fn document(text: &str, sets: &[String], findings: &mut Findings) -> Option<Table> {
-    match parse_document(text) {
-        Ok(mut tree) => {
-            apply(&mut tree, sets, findings);
-            Some(tree)
-        }
-        Err((place, problem)) => {
-            findings.push(place, problem);
-            None
-        }
-    }
-}
-
-/// Applies the overrides in their order: the last one of a key wins. One that gives
+/// The tree of a text with its overrides, and what is wrong with these.
+///
+/// They are applied in their order: the last one of a key wins. One that gives
 /// a quantity in another way than the file, such as `lines` where that has
 /// `counts_per_rad`, takes the place of all that the file says in its way; the rest
 /// of the new way must come by overrides too. Overrides of two ways stay, and are
 /// refused further on.
-fn apply(tree: &mut Table, sets: &[String], findings: &mut Findings) {
+///
+/// # Errors
+/// The text is no TOML.
+pub(super) fn document(
+    source_name: &str,
+    text: &str,
+    sets: &[String],
+) -> Result<(Table, Findings), RunFileErrors> {
+    let parsed = parse_document(text);
+    let mut tree =
+        parsed.map_err(|(place, problem)| RunFileErrors::one(source_name, place, problem))?;
+    let mut findings = Findings::new(source_name);
     for set in sets {
         let place = Place::Set(one_line(set, ECHO));
-        if let Err(why) = apply_one(tree, set, &place) {
+        if let Err(why) = apply_one(&mut tree, set, &place) {
             findings.push(place, Problem::Override(why));
         }
     }
+    Ok((tree, findings))
 }
 
 fn apply_one(tree: &mut Table, set: &str, place: &Place) -> Result<(), String> {
@@ -87,7 +87,7 @@ fn read_value(text: &str, place: &Place) -> Result<Node, String> {
 fn set_top(tree: &mut Table, name: &str, node: Node) -> Result<(), String> {
     let section = table::find(name);
     match (section, &node.value) {
-        (Some(section), Toml::Flag(_) | Toml::Number(_) | Toml::Text(_) | Toml::Date) => {
+        (Some(section), Toml::Flag(_) | Toml::Number(..) | Toml::Text(_) | Toml::Date) => {
             let example = section.keys.first().map_or("key", |key| key.name);
             Err(format!(
                 "{name} is a section; set one of its keys, such as {name}.{example}"

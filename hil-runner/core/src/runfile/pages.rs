@@ -228,18 +228,16 @@ fn row(section: &Section, key: &Key) -> String {
     others.sort();
     others.dedup();
     let others = either(&others);
+    let excuse = match key.need {
+        Need::ElasticJoint => Some("the joint is rigid".to_owned()),
+        Need::SampledLaw => Some("the law is \"continuous\"".to_owned()),
+        Need::VoltageAtLimit => Some("the current loop is ideal".to_owned()),
+        _ => None,
+    };
+    let given = (!others.is_empty()).then(|| format!("{others} is given"));
+    let excuses: Vec<String> = excuse.into_iter().chain(given).collect();
     let mut absent = match key.need {
         Need::Always | Need::ElasticJoint | Need::SampledLaw | Need::VoltageAtLimit => {
-            let mut excuses = Vec::new();
-            match key.need {
-                Need::ElasticJoint => excuses.push("the joint is rigid".to_owned()),
-                Need::SampledLaw => excuses.push("the law is \"continuous\"".to_owned()),
-                Need::VoltageAtLimit => excuses.push("the current loop is ideal".to_owned()),
-                _ => {}
-            }
-            if !others.is_empty() {
-                excuses.push(format!("{others} is given"));
-            }
             match either(&excuses) {
                 none if none.is_empty() => "required".to_owned(),
                 excuses => format!("required unless {excuses}"),

@@ -45,14 +45,13 @@ pub(super) fn points(path: &str, text: &str) -> Result<Vec<(f64, f64)>, String> 
         .flexible(true)
         .from_reader(text.as_bytes());
     let mut points: Vec<(f64, f64)> = Vec::new();
-    let mut is_header = true;
-    for record in reader.records() {
+    for (place, record) in reader.records().enumerate() {
         let record = record.map_err(|error| format!("{path}: {error}"))?;
         let line = csv_line(text, record.position());
-        let refuse = |because: String| Err(format!("{path}:{line}: {because}"));
+        let located = |because: String| format!("{path}:{line}: {because}");
+        let refuse = |because| Err(located(because));
         let shown = || one_line(&record.iter().collect::<Vec<_>>().join(","), 60);
-        if is_header {
-            is_header = false;
+        if place == 0 {
             if !record.iter().map(str::trim).eq(COLUMNS) {
                 return refuse(format!("the columns must be t_s,x_mm, not {}", shown()));
             }
@@ -61,13 +60,10 @@ pub(super) fn points(path: &str, text: &str) -> Result<Vec<(f64, f64)>, String> 
         if record.len() != COLUMNS.len() {
             return refuse(format!("{} must be two numbers t_s,x_mm", shown()));
         }
-        let mut numbers = [0.0; 2];
-        for (column, number) in numbers.iter_mut().enumerate() {
-            *number = finite(&record, column).map_err(|why| format!("{path}:{line}: {why}"))?;
-        }
-        let [t_s, x_mm] = numbers;
+        let number = |column| finite(&record, column).map_err(located);
+        let (t_s, x_mm) = (number(0)?, number(1)?);
         match points.last() {
-            None if numbers != [0.0, 0.0] => {
+            None if (t_s, x_mm) != (0.0, 0.0) => {
                 return refuse(format!("the first row must be 0,0, not {}", shown()));
             }
             Some((last_s, _)) if t_s <= *last_s => {

@@ -37,9 +37,8 @@ pub fn template_names() -> impl Iterator<Item = &'static str> {
 /// ```
 pub fn template_text(name: &str) -> Option<&'static str> {
     let mut texts = template_names().zip(TEXTS);
-    texts
-        .find(|(known, _)| *known == name)
-        .map(|(_, text)| text)
+    let (_, text) = texts.find(|(known, _)| *known == name)?;
+    Some(text)
 }
 
 /// Paths of the values of every template, and how it writes them.
@@ -56,16 +55,9 @@ static OWN: LazyLock<Vec<Vec<(String, String)>>> = LazyLock::new(|| {
 /// but for those of `[run]`.
 fn written(values: &Values) -> impl Iterator<Item = (String, String)> {
     let describes = |section: &str, key: &Key| {
-        let number = matches!(
-            key.kind,
-            Kind::Number(_)
-                | Kind::NumberOrWord(..)
-                | Kind::Whole(..)
-                | Kind::Time(_)
-                | Kind::TimeOrWord(..)
-                | Kind::Intervals
-        );
-        number && section != "run"
+        use Kind::{Choice, Flag, Strings, Table, Text};
+        let is_other = matches!(key.kind, Text | Flag | Choice(_) | Strings | Table);
+        !is_other && section != "run"
     };
     let given = values.given();
     given.filter_map(move |(section, key, entry)| {
@@ -98,28 +90,20 @@ fn section_of(path: &str) -> &str {
 /// has none.
 pub fn values_of_template(case: &Case) -> Option<String> {
     let template = case.template?;
-    let mut sections: Vec<&str> = case
-        .template_values
-        .iter()
-        .map(|path| section_of(path))
-        .collect();
-    sections.dedup();
-    let words = |section: &&str| {
-        let names = case
-            .template_values
-            .iter()
-            .filter_map(|path| path.split_once('.'));
-        let names = names.filter(|(of, _)| of == section).map(|(_, name)| name);
-        let names: Vec<&str> = names.collect();
-        let all = own(template)
-            .iter()
-            .filter(|(path, _)| section_of(path) == *section);
+    let values = &case.template_values;
+    let sections = values.chunk_by(|path, next| section_of(path) == section_of(next));
+    let words = sections.map(|paths| {
+        let section = paths.first().map_or("", |path| section_of(path));
+        let names = paths.iter().filter_map(|path| path.split_once('.'));
+        let names: Vec<&str> = names.map(|(_, name)| name).collect();
+        let all = own(template).iter();
+        let all = all.filter(|(path, _)| section_of(path) == section);
         match names.len() == all.count() {
             true => format!("[{section}] all"),
             false => format!("[{section}] {}", names.join(", ")),
         }
-    };
-    let words: Vec<String> = sections.iter().map(words).collect();
+    });
+    let words: Vec<String> = words.collect();
     let name = AxisTemplate::NAMES.get(template as usize)?;
     (!words.is_empty()).then(|| {
         format!(

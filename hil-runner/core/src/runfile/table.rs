@@ -13,8 +13,10 @@ use core::f64::consts::{PI, TAU};
 use plant::{Control, Course, Dac, ElasticJoint, Joint, Load, MotionLimits, Solver, Start};
 
 use self::controller::{
-    BACKLASH, CONTROLLER, ENCODER, GAIN_CHANGE, INJECT, LIMITS, LOAD_ENCODER, SEQUENCE, radians,
+    BACKLASH, CONTROLLER, ENCODER, GAIN_CHANGE, INJECT, LIMITS, LOAD_ENCODER, SEQUENCE, pitch_m,
+    radians,
 };
+use super::keys::Access::{Own, Part, Per, Times};
 use super::keys::Range::{Any, Between, NotNegative, Positive};
 use super::keys::{
     Acts, Key, Kind, List, Need, Section, Way, choice, flag, number, of_firmware, section, time,
@@ -26,73 +28,62 @@ use crate::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99, SUMMARY_FIGURES};
 
 /// The sections in the order in which a run file usually has them.
 pub static SECTIONS: &[Section] = &[
-    section("", NAME)
-        .meaning("the run"),
-    section("motor", MOTOR)
-        .meaning("DC motor with permanent magnets (paper, Fig. 5)")
+    section("", NAME, "the run"),
+    section("motor", MOTOR, "DC motor with permanent magnets (paper, Fig. 5)")
         .ways(&[&[&["inertia_kg_m2"], &["inertia_kg_cm2"]]]),
-    section("transmission", TRANSMISSION)
-        .meaning("gear, joint with backlash, and screw (paper, Fig. 2)")
+    section("transmission", TRANSMISSION, "gear, joint with backlash, and screw (paper, Fig. 2)")
         .ways(&[
             &[&["stiffness_nm_per_rad"], &["stiffness_n_per_um"]],
             &[&["damping_nms_per_rad"], &["damping_ns_per_m"]],
             &[&["backlash_half_deg"], &["backlash_um"]],
             &[&["screw_inertia_kg_m2"], &["screw_inertia_kg_cm2"]],
         ]),
-    section("carriage", CARRIAGE)
-        .meaning("carriage and guide; resistance F_r = a0 + a1·γ̇ + a2·γ̇² (eq. 13)")
+    section("carriage", CARRIAGE, "carriage and guide; resistance F_r = a0 + a1·γ̇ + a2·γ̇² (eq. 13)")
         .ways(&[&[&["resistance_linear_ns_per_rad"], &["resistance_linear_ns_per_m"]]]),
-    section("drive", DRIVE)
-        .meaning("D/A converter and power amplifier (paper, Fig. 4)")
+    section("drive", DRIVE, "D/A converter and power amplifier (paper, Fig. 4)")
         .ways(&[
             &[&["dac_lsb_v"], &["dac_range_v"]],
             &[&["amplifier_gain"], &["amplifier_gain_a_per_v"]],
         ]),
-    section("encoder", ENCODER)
-        .meaning("encoder on the motor shaft (eq. 21)")
+    section("encoder", ENCODER, "encoder on the motor shaft (eq. 21)")
         .ways(&[&[&["counts_per_rad"], &["lines"]]]),
-    section("load_encoder", LOAD_ENCODER)
-        .meaning("encoder on the load side, at the screw or at the carriage")
+    section("load_encoder", LOAD_ENCODER, "encoder on the load side, at the screw or at the carriage")
         .ways(&[&[&["counts_per_rad"], &["counts_per_mm"]]]),
-    section("controller", CONTROLLER)
-        .meaning("position controller (eq. 23) and its timing")
+    section("controller", CONTROLLER, "position controller (eq. 23) and its timing")
         .ways(&[gains::WAYS]),
-    section("limits", LIMITS)
-        .meaning("what the controller's supervision allows; a limit that is left out is not monitored"),
-    section("backlash", BACKLASH)
-        .meaning("backlash compensation in the reference, and backlash measurement before the motion"),
-    section("motion", MOTION)
-        .meaning("motion command: seven intervals (paper, Fig. 6), limits that they follow from, or a profile")
+    section("limits", LIMITS, "what the controller's supervision allows; a limit that is left out is not monitored"),
+    section("backlash", BACKLASH, "backlash compensation in the reference, and backlash measurement before the motion"),
+    section("motion", MOTION, "motion command: seven intervals (paper, Fig. 6), limits that they follow from, or a profile")
         .ways(&[MOTION_WAYS]),
-    section("sequence", SEQUENCE)
-        .meaning("requests to the controller at given times"),
-    section("gain_change", GAIN_CHANGE)
-        .meaning("gains that hold from a given time on")
+    section("sequence", SEQUENCE, "requests to the controller at given times"),
+    section("gain_change", GAIN_CHANGE, "gains that hold from a given time on")
         .ways(&[gains::WAYS_TO_CHANGE]),
-    section("inject", INJECT)
-        .meaning("hardware that misbehaves at given times"),
-    section("target", TARGET)
-        .meaning("the chip, as far as the time of a step in QEMU depends on it: without clock_hz m4 has 168 MHz, m0 16 MHz, m3 72 MHz and rv32 108 MHz; a board tells its own clock and counts cycles"),
-    section("run", RUN)
-        .meaning("duration, solver (\"dopri5\" is DOP853) and what is recorded"),
-    section("tune", TUNE)
-        .meaning("what `tune` searches; other commands check it and do without"),
-    section("budget", &BUDGET)
-        .meaning("limits on the magnitude of summary figures; without this section the default budget holds, an empty one limits nothing; from instructions_per_step_max to stack_bytes the figures are those of a chip, and without a link to one they fail"),
+    section("inject", INJECT, "hardware that misbehaves at given times"),
+    section("target", TARGET, "the chip, as far as the time of a step in QEMU depends on it: without clock_hz m4 has 168 MHz, m0 16 MHz, m3 72 MHz and rv32 108 MHz; a board tells its own clock and counts cycles"),
+    section("run", RUN, "duration, solver (\"dopri5\" is DOP853) and what is recorded"),
+    section("tune", TUNE, "what `tune` searches; other commands check it and do without"),
+    section("budget", &BUDGET, "limits on the magnitude of summary figures; without this section the default budget holds, an empty one limits nothing; from instructions_per_step_max to stack_bytes the figures are those of a chip, and without a link to one they fail"),
 ];
 
 /// The lists.
 pub static LISTS: &[List] = &[
     List {
-        row: section("load", LOAD).meaning("force on the carriage for a time; several add up"),
+        row: section(
+            "load",
+            LOAD,
+            "force on the carriage for a time; several add up",
+        ),
         instead_of: "",
         begin: |case| case.loads.push(Load::default()),
     },
     // The rows make one command, as the keys of [motion] do.
     List {
-        row: section("move", MOVE)
-            .meaning("moves one after the other, in the place of [motion]")
-            .ways(&[MOVE_WAYS]),
+        row: section(
+            "move",
+            MOVE,
+            "moves one after the other, in the place of [motion]",
+        )
+        .ways(&[MOVE_WAYS]),
         instead_of: "motion",
         begin: |_| {},
     },
@@ -138,7 +129,7 @@ const MOTOR: &[Key] = &[
     number("inertia_kg_cm2", Positive, "kg cm²")
         .named("rotor inertia J_m", "Rotor inertia, in kg cm²")
         .needing(Need::Always, "2.0")
-        .per(|_| 1e4, |c| Some(&mut c.axis.motor.inertia_kg_m2))
+        .access(Per(|_| 1e4, |c| Some(&mut c.axis.motor.inertia_kg_m2)))
         .alone()
         .note(&["instead of inertia_kg_m2"]),
     number("torque_constant_nm_per_a", Positive, "N m/A")
@@ -158,6 +149,13 @@ fn elastic(case: &mut Case) -> Option<&mut ElasticJoint> {
     match &mut case.axis.transmission.joint {
         Joint::Elastic(joint) => Some(joint),
         Joint::Rigid => None,
+    }
+}
+
+/// Sets half the gap \[rad\] of a joint that has one.
+fn set_half_gap(case: &mut Case, half_rad: f64) {
+    if let Some(joint) = elastic(case) {
+        joint.backlash_half_rad = half_rad;
     }
 }
 
@@ -183,14 +181,10 @@ const TRANSMISSION: &[Key] = &[
     number("backlash_half_deg", NotNegative, "deg")
         .meaning("half backlash b of the joint")
         .needed(Need::ElasticJoint)
-        .by(
-            |c, half_deg| {
-                if let Some(joint) = elastic(c) {
-                    joint.backlash_half_rad = radians(half_deg);
-                }
-            },
+        .access(Own(
+            |c, half_deg| set_half_gap(c, radians(half_deg)),
             |c| Some(elastic(&mut c.clone())?.backlash_half_rad.to_degrees()),
-        )
+        ))
         .alone()
         .shown_in("Half backlash b", 1.0, "°"),
     number("screw_inertia_kg_m2", Positive, "kg m²")
@@ -199,60 +193,49 @@ const TRANSMISSION: &[Key] = &[
     number("screw_inertia_kg_cm2", Positive, "kg cm²")
         .named("screw inertia J_v", "Screw inertia, in kg cm²")
         .needing(Need::Always, "8.5")
-        .per(
+        .access(Per(
             |_| 1e4,
             |c| Some(&mut c.axis.transmission.screw_inertia_kg_m2),
-        )
+        ))
         .alone()
         .note(&["instead of screw_inertia_kg_m2"]),
     number("screw_pitch_mm_per_rev", Positive, "mm/rev")
         .named("screw pitch p", "Screw pitch p")
-        .by(
+        .access(Own(
             |c, pitch_mm| c.axis.transmission.screw_pitch_m_per_rad = pitch_m_per_rad(pitch_mm),
-            |c| Some(1e3 * c.axis.transmission.screw_pitch_m_per_rad * 2.0 * PI),
-        ),
+            |c| Some(1e3 * pitch_m(c) * 2.0 * PI),
+        )),
     // Δx = p·Δγ and a torque of p·F: k and c at the screw are p² times those at the carriage.
     number("stiffness_n_per_um", Positive, "N/µm")
-        .named(
-            "contact stiffness k/p² at the carriage",
-            "Stiffness at the carriage",
-        )
+        .meaning("contact stiffness k/p² at the carriage")
+        .shown("Stiffness at the carriage")
         .needing(Need::ElasticJoint, "550.0")
-        .times(
+        .access(Times(
             |c| 1e6 * pitch_squared(c),
             |c| Some(&mut elastic(c)?.stiffness_nm_per_rad),
-        )
+        ))
         .alone()
         .note(&["instead of stiffness_nm_per_rad: at the carriage"]),
     number("damping_ns_per_m", NotNegative, "N s/m")
-        .named(
-            "contact damping c/p² at the carriage",
-            "Damping at the carriage",
-        )
+        .meaning("contact damping c/p² at the carriage")
+        .shown("Damping at the carriage")
         .needing(Need::ElasticJoint, "3e5")
-        .times(pitch_squared, |c| {
+        .access(Times(pitch_squared, |c| {
             Some(&mut elastic(c)?.damping_nms_per_rad)
-        })
+        }))
         .alone()
         .note(&["instead of damping_nms_per_rad: at the carriage"]),
     number("backlash_um", NotNegative, "µm")
-        .named(
-            "whole backlash 2·b·p at the carriage",
-            "Backlash at the carriage",
-        )
+        .meaning("whole backlash 2·b·p at the carriage")
+        .shown("Backlash at the carriage")
         .needing(Need::ElasticJoint, "80.0")
-        .by(
+        .access(Own(
             |c, whole_um| {
-                let pitch_m = c.axis.transmission.screw_pitch_m_per_rad;
-                if let Some(joint) = elastic(c) {
-                    joint.backlash_half_rad = whole_um / 2e6 / pitch_m;
-                }
+                let half_rad = whole_um / 2e6 / pitch_m(c);
+                set_half_gap(c, half_rad);
             },
-            |c| {
-                let pitch_m = c.axis.transmission.screw_pitch_m_per_rad;
-                Some(2e6 * elastic(&mut c.clone())?.backlash_half_rad * pitch_m)
-            },
-        )
+            |c| Some(2e6 * elastic(&mut c.clone())?.backlash_half_rad * pitch_m(c)),
+        ))
         .alone()
         .note(&["instead of backlash_half_deg: the whole gap, at the carriage"]),
     choice::<Start>("start")
@@ -273,8 +256,7 @@ const TRANSMISSION: &[Key] = &[
 
 /// `p²` \[m²/rad²\].
 fn pitch_squared(case: &Case) -> f64 {
-    let pitch_m = case.axis.transmission.screw_pitch_m_per_rad;
-    pitch_m * pitch_m
+    pitch_m(case) * pitch_m(case)
 }
 
 /// mm/rev → m/rad
@@ -297,15 +279,12 @@ const CARRIAGE: &[Key] = &[
         .at(|c| Some(&mut c.axis.carriage.resistance.linear_ns_per_rad))
         .note(&["a1"]),
     number("resistance_linear_ns_per_m", Any, "N s/m")
-        .named(
-            "linear resistance a1/p, per carriage speed,",
-            "Resistance a1/p",
-        )
+        .meaning("linear resistance a1/p, per carriage speed,")
+        .shown("Resistance a1/p")
         .optional("100.0")
-        .times(
-            |c| c.axis.transmission.screw_pitch_m_per_rad,
-            |c| Some(&mut c.axis.carriage.resistance.linear_ns_per_rad),
-        )
+        .access(Times(pitch_m, |c| {
+            Some(&mut c.axis.carriage.resistance.linear_ns_per_rad)
+        }))
         .note(&["instead of resistance_linear_ns_per_rad"]),
     number("resistance_quadratic_ns2_per_rad2", Any, "N s²/rad²")
         .meaning("quadratic resistance a2, per screw speed squared,")
@@ -320,10 +299,8 @@ const CARRIAGE: &[Key] = &[
         .words(&[("true", "opposes motion")])
         .note(&["true: real friction, the screw can stick"]),
     number("load_force_n", Any, "N")
-        .named(
-            "force of a load at all times, positive against positive x,",
-            "Load",
-        )
+        .meaning("force of a load at all times, positive against positive x,")
+        .shown("Load")
         .or(Value::Number(0.0))
         .at(|c| Some(&mut c.load_force_n))
         .note(&["weight of a hanging axis; no part of the friction"]),
@@ -381,10 +358,10 @@ const DRIVE: &[Key] = &[
     number("dac_range_v", Positive, "V")
         .meaning("full span ΔV of the D/A converter")
         .needing(Need::Always, "20.0")
-        .by(
+        .access(Own(
             |c, range_v| c.dac = Dac::with_range(c.dac.bits, range_v),
             |c| Some(c.dac.step_v * f64::from(1_u32 << c.dac.bits)),
-        )
+        ))
         .note(&["instead of dac_lsb_v: full span ΔV, step ΔV/2^n"]),
     number("amplifier_gain", Positive, "")
         .named("amplifier gain K_a", "Amplifier gain K_a")
@@ -415,7 +392,7 @@ const DRIVE: &[Key] = &[
     number("current_bandwidth_hz", Positive, "Hz")
         .meaning("bandwidth ω_c/2π of a current drive's loop")
         .optional("1000.0")
-        .times(
+        .access(Times(
             |_| TAU,
             |c| match &mut c.amplifier.control {
                 Control::Current {
@@ -423,7 +400,7 @@ const DRIVE: &[Key] = &[
                 } => Some(bandwidth_radps),
                 Control::Voltage { .. } => None,
             },
-        )
+        ))
         .shown("Current loop's bandwidth")
         .note(&["of a current drive; default: the current is the command's at once"]),
 ];
@@ -438,43 +415,41 @@ const BY_LIMITS: Way = &[
     "max_jerk_mps3",
 ];
 
-/// The limits of a command that has any.
-fn limits(case: &Case) -> Option<&MotionLimits> {
+/// A limit that a command is made from.
+fn motion_limit(case: &Case, of: fn(&MotionLimits) -> f64) -> Option<f64> {
     match case.motion.course() {
-        Course::Limits(limits, _) => Some(limits),
+        Course::Limits(limits, _) => Some(of(limits)).filter(|limit| limit.is_finite()),
         _ => None,
     }
 }
 
 const TRAVEL: Key = number("travel_mm", Any, "mm")
     .named("travel h of the carriage", "Travel h")
-    .part(|c| Some(1e3 * c.motion.travel_m()));
+    .access(Part(|c| Some(1e3 * c.motion.travel_m())));
 const INTERVALS: Key = value("intervals_s", Kind::Intervals, "s")
     .named("list of the motion's intervals", "Intervals t1 … t7")
     .text(|c| Some(c.motion.intervals_s()?.map(crate::number::table).join(", ")));
 const TOTAL_TIME: Key = number("total_time_s", Positive, "s")
     .meaning("total time T_0 to which the intervals are stretched")
     .optional("1.0")
-    .part(|c| Some(c.motion.end_s()))
+    .access(Part(|c| Some(c.motion.end_s())))
     .shown("Motion time")
     .note(&["stretches all seven to this sum; default: as they are"]);
 const MAX_ACCELERATION: Key = number("max_acceleration_mps2", Positive, "m/s²")
-    .named(
-        "largest acceleration of the command",
-        "Motion's acceleration limit",
-    )
+    .meaning("largest acceleration of the command")
+    .shown("Motion's acceleration limit")
     .needing(Need::Always, "4.0")
-    .part(|c| Some(limits(c)?.acceleration_mps2))
+    .access(Part(|c| motion_limit(c, |of| of.acceleration_mps2)))
     .note(&["instead of intervals_s: the fastest move within the limits"]);
 const MAX_VELOCITY: Key = number("max_velocity_mps", Positive, "m/s")
     .named("largest speed of the command", "Motion's velocity limit")
     .optional("0.6")
-    .part(|c| Some(limits(c)?.velocity_mps).filter(|v| v.is_finite()))
+    .access(Part(|c| motion_limit(c, |of| of.velocity_mps)))
     .note(&["makes the command; [limits] velocity_mps is the axis's own"]);
 const MAX_JERK: Key = number("max_jerk_mps3", Positive, "m/s³")
     .named("largest jerk of the command", "Motion's jerk limit")
     .optional("80.0")
-    .part(|c| Some(limits(c)?.jerk_mps3).filter(|j| j.is_finite()))
+    .access(Part(|c| motion_limit(c, |of| of.jerk_mps3)))
     .note(&["default: no limit, the acceleration jumps"]);
 
 /// They make one command, which goes into a case as a whole.
@@ -486,10 +461,8 @@ const MOTION: &[Key] = &[
     MAX_VELOCITY,
     MAX_JERK,
     value("profile", Kind::Text, "")
-        .named(
-            "CSV file with the points of the command, relative to the run file,",
-            "Profile",
-        )
+        .meaning("CSV file with the points of the command, relative to the run file,")
+        .shown("Profile")
         .needing(Need::Always, "\"profile.csv\"")
         .text(|c| match c.motion.course() {
             Course::Profile(profile) => Some(format!("{} points", profile.points)),
@@ -515,10 +488,10 @@ const TARGET: &[Key] = &of_firmware([
     whole("clock_hz", 1, 10_000_000_000, "Hz")
         .meaning("clock of the core")
         .optional("168e6")
-        .by(
+        .access(Own(
             |c, clock_hz| c.target.clock_hz = Some(clock_hz as u64),
             |c| c.target.clock_hz.map(|clock_hz| clock_hz as f64),
-        )
+        ))
         .note(&["default: that of a common part"]),
     // Below 1 for cores that begin two instructions in a cycle, above 100 for
     // code that runs from a serial flash.
@@ -577,10 +550,10 @@ const RUN: &[Key] = &[
     whole("work_limit", 1, 1_000_000_000_000_000, "")
         .meaning("number of steps and searches within the samples after which the run ends")
         .or(Value::Whole(20_000_000))
-        .by(
+        .access(Own(
             |c, limit| c.run.work_limit = limit as u64,
             |c| Some(c.run.work_limit as f64),
-        )
+        ))
         .note(&["steps and searches within the samples at most"]),
 ];
 

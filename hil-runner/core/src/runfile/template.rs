@@ -40,15 +40,15 @@ impl Template {
         beside: Beside,
     ) -> Result<Self, RunFileErrors> {
         let file = RunFile::parse(source_name, text, sets, beside)?;
-        let is_converted = |(section, key): (&str, &Key)| {
+        let is_converted = |section: &str, key: &Key| {
             let section = table::find(section);
             let ways = section.map_or(&[][..], |section| section.ways_with(key.name));
             ways.iter().skip(1).any(|way| way.contains(&key.name))
         };
         let set = file.values.set();
-        let set = set.filter(|(section, key, _)| is_converted((section, key)));
-        let converted = set.filter_map(|(section, key, _)| {
-            Some((key, file.values.value(&path(section, key.name))?))
+        let converted = set.filter_map(|(section, key, entry)| {
+            let value = entry.value.filter(|_| is_converted(section, key))?;
+            Some((key, value))
         });
         Ok(Self {
             converted: converted.collect(),

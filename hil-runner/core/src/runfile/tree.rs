@@ -24,7 +24,9 @@ pub(super) struct Node {
 pub(super) enum Toml {
     Text(String),
     Flag(bool),
-    Number(Number),
+    /// An integer or float, and its decimal text, which is kept because times are judged
+    /// to 1e-6 ns, which `f64` cannot do from 10 s on.
+    Number(f64, String),
     Date,
     Array(Vec<Node>),
     Table(Table),
@@ -36,7 +38,7 @@ impl Toml {
         match self {
             Self::Text(_) => "a string",
             Self::Flag(_) => "a boolean",
-            Self::Number(_) => "a number",
+            Self::Number(..) => "a number",
             Self::Date => "a date",
             Self::Array(_) => "an array",
             Self::Table(_) => "a table",
@@ -52,7 +54,7 @@ impl Toml {
 
     pub(super) fn number(&self) -> Option<f64> {
         match self {
-            Self::Number(number) => Some(number.value),
+            Self::Number(value, _) => Some(*value),
             _ => None,
         }
     }
@@ -66,22 +68,12 @@ impl Toml {
 
     /// The items of an array, each with its table if it is one.
     pub(super) fn rows(&self) -> Vec<(&Node, Option<&Table>)> {
-        match self {
-            Self::Array(items) => items
-                .iter()
-                .map(|item| (item, item.value.table()))
-                .collect(),
-            _ => Vec::new(),
-        }
+        let items = match self {
+            Self::Array(items) => items.iter(),
+            _ => [].iter(),
+        };
+        items.map(|item| (item, item.value.table())).collect()
     }
-}
-
-/// An integer or float. The decimal text is kept because times are judged to
-/// 1e-6 ns, which `f64` cannot do from 10 s on.
-#[derive(Debug, Clone)]
-pub(super) struct Number {
-    pub(super) value: f64,
-    pub(super) decimal: String,
 }
 
 /// Keys in the order of the file, each with its value.
@@ -189,14 +181,13 @@ fn table(source: &DeTable<'_>, locate: Locate<'_>) -> Table {
     // The parser sorts by name; the file's own order is that of the spans.
     let mut keys: Vec<_> = source.iter().collect();
     keys.sort_by_key(|(key, _)| key.span().start);
-    let entries = keys
-        .into_iter()
-        .map(|(key, value)| {
-            let name = key.get_ref().to_string();
-            (name, node(value.get_ref(), value.span(), locate))
-        })
-        .collect();
-    Table { entries }
+    let entries = keys.into_iter().map(|(key, value)| {
+        let name = key.get_ref().to_string();
+        (name, node(value.get_ref(), value.span(), locate))
+    });
+    Table {
+        entries: entries.collect(),
+    }
 }
 
 fn node(value: &DeValue<'_>, span: Range<usize>, locate: Locate<'_>) -> Node {
@@ -211,8 +202,8 @@ fn node(value: &DeValue<'_>, span: Range<usize>, locate: Locate<'_>) -> Node {
         text,
         value: match value {
             DeValue::String(text) => Toml::Text(text.to_string()),
-            DeValue::Integer(integer) => Toml::Number(integer_number(integer)),
-            DeValue::Float(float) => Toml::Number(decimal_number(float.as_str())),
+            DeValue::Integer(integer) => integer_number(integer),
+            DeValue::Float(float) => decimal_number(float.as_str()),
             DeValue::Boolean(flag) => Toml::Flag(*flag),
             DeValue::Datetime(_) => Toml::Date,
             DeValue::Array(array) => Toml::Array(
@@ -226,7 +217,7 @@ fn node(value: &DeValue<'_>, span: Range<usize>, locate: Locate<'_>) -> Node {
     }
 }
 
-fn integer_number(integer: &toml::de::DeInteger<'_>) -> Number {
+fn integer_number(integer: &toml::de::DeInteger<'_>) -> Toml {
     if integer.radix() == 10 {
         return decimal_number(integer.as_str());
     }
@@ -235,13 +226,10 @@ fn integer_number(integer: &toml::de::DeInteger<'_>) -> Number {
     decimal_number(&value.map_or("inf".to_owned(), |value| value.to_string()))
 }
 
-fn decimal_number(text: &str) -> Number {
-    Number {
-        // The sum turns −0 into 0, so that no sign hides in a zero. What is
-        // no number cannot pass the parser; NaN is refused further on.
-        value: text.parse().unwrap_or(f64::NAN) + 0.0,
-        decimal: text.to_owned(),
-    }
+fn decimal_number(text: &str) -> Toml {
+    // The sum turns −0 into 0, so that no sign hides in a zero. What is
+    // no number cannot pass the parser; NaN is refused further on.
+    Toml::Number(text.parse().unwrap_or(f64::NAN) + 0.0, text.to_owned())
 }
 
 /// Largest part of a nanosecond that is taken for rounding, as a fraction and

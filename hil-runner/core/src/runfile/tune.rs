@@ -29,10 +29,7 @@ pub(super) fn read_file(
     sets: &[String],
     of_case: &Values,
 ) -> Result<TuneSettings, RunFileErrors> {
-    let mut findings = Findings::new(source_name);
-    let Some(tree) = overrides::document(text, sets, &mut findings) else {
-        return Err(findings.into_errors());
-    };
+    let (tree, mut findings) = overrides::document(source_name, text, sets)?;
     for (name, node) in tree.entries.iter().filter(|(name, _)| name != "tune") {
         let because = "a file for --tune has the section [tune] alone".to_owned();
         findings.refuse(node, name, because);
@@ -88,13 +85,9 @@ pub(super) fn read(
     Some(TuneSettings {
         keys,
         minimise: minimise.unwrap_or_else(|| {
+            let weight = 1.0;
             let usual = ["peak_following_error_mm", "peak_abs_acc_mps2"];
-            usual
-                .map(|figure| Objective {
-                    figure,
-                    weight: 1.0,
-                })
-                .to_vec()
+            usual.map(|figure| Objective { figure, weight }).to_vec()
         }),
         require,
         draws: whole("draws").unwrap_or(usual),
@@ -132,10 +125,8 @@ impl Reader<'_> {
         let mut strings = Vec::new();
         for item in items {
             let is = item.value.type_words();
-            let text = item
-                .value
-                .text()
-                .ok_or(format!("the list has strings, and this is {is}"));
+            let text = item.value.text();
+            let text = text.ok_or(format!("the list has strings, and this is {is}"));
             strings.extend(self.taken(item, key, text).map(|text| (item, text)));
         }
         strings
@@ -249,11 +240,8 @@ impl Reader<'_> {
         let read = |(name, item): &(String, Node)| {
             self.taken(item, &format!("over.\"{name}\""), over(name, item, tuned))
         };
-        let entries = node
-            .value
-            .table()
-            .into_iter()
-            .flat_map(|table| &table.entries);
+        let table = node.value.table().into_iter();
+        let entries = table.flat_map(|table| &table.entries);
         entries.filter_map(read).collect()
     }
 }
@@ -291,26 +279,24 @@ fn range(node: &Node, tuned: &TunedKey) -> Result<[f64; 2], String> {
 /// The sentence that names what may have been meant.
 fn figure(name: &str) -> Result<&'static str, String> {
     let known = SUMMARY_FIGURES.iter().find(|figure| figure.key == name);
-    known
-        .map(|figure| figure.key)
-        .ok_or_else(|| match renamed(name) {
-            Some(now) => format!("{name} is now {now}"),
-            None => match KeyPath::find(&format!("budget.{name}")) {
-                Ok(_) => format!("{name} is no figure of the summary of a run on this host"),
-                Err(unknown) => unknown
-                    .replace("budget.", "")
-                    .replace("unknown key", "unknown figure"),
-            },
-        })
+    let known = known.map(|figure| figure.key);
+    known.ok_or_else(|| match renamed(name) {
+        Some(now) => format!("{name} is now {now}"),
+        None => match KeyPath::find(&format!("budget.{name}")) {
+            Ok(_) => format!("{name} is no figure of the summary of a run on this host"),
+            Err(unknown) => unknown
+                .replace("budget.", "")
+                .replace("unknown key", "unknown figure"),
+        },
+    })
 }
 
 /// # Errors
 /// The sentence that says what is allowed.
 fn requirement(text: &str) -> Result<Requirement, String> {
     let sides = [(">=", Bound::AtLeast), ("<=", Bound::AtMost)];
-    let parts = sides
-        .iter()
-        .find_map(|(sign, bound)| Some((text.split_once(sign)?, *bound)));
+    let mut sides = sides.into_iter();
+    let parts = sides.find_map(|(sign, bound)| Some((text.split_once(sign)?, bound)));
     let Some(((name, limit), bound)) = parts else {
         return Err(
             "a requirement is \"FIGURE >= NUMBER\", \"FIGURE <= NUMBER\" or \"FIGURE <= before\""
@@ -411,11 +397,8 @@ fn factors_or_values(text: &str) -> Result<OverSpread, String> {
         None => (text, false),
     };
     let parse = |number: &str| {
-        number
-            .trim()
-            .parse::<f64>()
-            .ok()
-            .filter(|number| number.is_finite())
+        let number = number.trim().parse::<f64>().ok();
+        number.filter(|number| number.is_finite())
     };
     let values: Option<Vec<f64>> = match numbers.split_once("..") {
         None => numbers.split(',').map(parse).collect(),
@@ -449,7 +432,7 @@ fn drawn(table: &Table) -> Result<Drawn, String> {
                 continue;
             }
             Toml::Text(text) => toml::Value::String(text.clone()),
-            Toml::Number(number) => toml::Value::Float(number.value),
+            Toml::Number(value, _) => toml::Value::Float(*value),
             other => return Err(format!("{name} is {}; {WORDS}", other.type_words())),
         };
         plain.insert(name.clone(), value);

@@ -110,38 +110,31 @@ plain!(bool: Flag, f64: Number, u8: Whole, u32: Whole, i32: Whole, u64: Nanoseco
 /// The word for a delay that the chip's steps make.
 pub(super) const MEASURED: &str = "measured";
 
-impl Setting for ComputationDelay {
-    fn of(value: Value) -> Option<Self> {
-        match value {
-            Value::Choice(_) => Some(Self::Measured),
-            _ => u64::of(value).map(Self::Fixed),
-        }
-    }
-
-    fn value(&self) -> Value {
-        self.fixed_ns()
-            .map_or(Value::Choice(MEASURED), Value::Nanoseconds)
-    }
-}
-
 /// The word for a feed-forward that the model of the plant gives.
 pub(super) const PLANT: &str = "plant";
 
-impl Setting for FeedForwardGain {
-    fn of(value: Value) -> Option<Self> {
-        match value {
-            Value::Choice(_) => Some(Self::Plant),
-            _ => f64::of(value).map(Self::Given),
-        }
-    }
+/// Numbers in whose place a word may stand.
+macro_rules! or_word {
+    ($($setting:ident: $number:ident, $other:ident = $word:ident);+) => {$(
+        impl Setting for $setting {
+            fn of(value: Value) -> Option<Self> {
+                match value {
+                    Value::Choice(_) => Some(Self::$other),
+                    _ => Setting::of(value).map(Self::$number),
+                }
+            }
 
-    fn value(&self) -> Value {
-        match self {
-            Self::Given(number) => Value::Number(*number),
-            Self::Plant => Value::Choice(PLANT),
+            fn value(&self) -> Value {
+                match self {
+                    Self::$number(number) => number.value(),
+                    Self::$other => Value::Choice($word),
+                }
+            }
         }
-    }
+    )+};
 }
+
+or_word!(ComputationDelay: Fixed, Measured = MEASURED; FeedForwardGain: Given, Plant = PLANT);
 
 /// Keys of an elastic joint have their place inside.
 impl Setting for Joint {
@@ -209,17 +202,15 @@ pub(super) trait Choices: Copy + PartialEq + 'static {
 
 impl<T: Choices> Setting for T {
     fn of(value: Value) -> Option<Self> {
-        let Value::Choice(name) = value else {
-            return None;
-        };
-        let index = T::NAMES.iter().position(|known| *known == name)?;
-        T::ALL.get(index).copied()
+        let mut all = T::ALL.iter().zip(T::NAMES);
+        let (setting, _) = all.find(|(_, name)| value == Value::Choice(name))?;
+        Some(*setting)
     }
 
     fn value(&self) -> Value {
-        let index = T::ALL.iter().position(|known| known == self);
-        let name = index.and_then(|index| T::NAMES.get(index));
-        Value::Choice(name.copied().unwrap_or_default())
+        let mut all = T::ALL.iter().zip(T::NAMES);
+        let named = all.find(|(known, _)| *known == self);
+        Value::Choice(named.map_or("", |(_, name)| name))
     }
 }
 

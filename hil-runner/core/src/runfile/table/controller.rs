@@ -5,6 +5,7 @@ use core::f64::consts::{FRAC_PI_2, PI};
 
 use plant::Encoder;
 
+use super::super::keys::Access::Own;
 use super::super::keys::Range::{NotNegative, Positive};
 use super::super::keys::{
     Acts, Key, Kind, Need, choice, flag, number, of_firmware, time, value, whole,
@@ -27,11 +28,11 @@ pub(super) const ENCODER: &[Key] = &[
     whole("lines", 1, 1_000_000_000, "")
         .meaning("number N of encoder lines per revolution")
         .needing(Need::Always, "1000")
-        .by(
+        .access(Own(
             |c, lines| c.encoder = Encoder::with_lines(lines),
             // Four counts a line.
             |c| Some(c.encoder.counts_per_rad * FRAC_PI_2),
-        )
+        ))
         .note(&["instead of counts_per_rad"]),
     whole("counter_bits", 8, 32, "bits")
         .meaning("width of the motor's counter, and of the load's where it closes the loop,")
@@ -46,26 +47,22 @@ pub(super) const LOAD_ENCODER: &[Key] = &of_firmware([
     number("counts_per_rad", Positive, "counts/rad")
         .named("resolution of an encoder on the screw", "Load encoder")
         .optional("1600.0")
-        .by(
+        .access(Own(
             |c, counts_per_rad| c.options.encoders.load = Some(Encoder { counts_per_rad }),
             |c| Some(c.options.encoders.load?.counts_per_rad),
-        )
+        ))
         .note(&["on the screw"]),
     number("counts_per_mm", Positive, "counts/mm")
         .meaning("resolution of a scale at the carriage")
         .optional("1000.0")
-        .by(
+        .access(Own(
             |c, counts_per_mm| {
                 // counts/mm → counts/m, and m/rad of the screw
-                let pitch_m = c.axis.transmission.screw_pitch_m_per_rad;
-                let counts_per_rad = 1e3 * counts_per_mm * pitch_m;
+                let counts_per_rad = 1e3 * counts_per_mm * pitch_m(c);
                 c.options.encoders.load = Some(Encoder { counts_per_rad });
             },
-            |c| {
-                let pitch_m = c.axis.transmission.screw_pitch_m_per_rad;
-                Some(1e-3 * c.options.encoders.load?.counts_per_rad / pitch_m)
-            },
-        )
+            |c| Some(1e-3 * c.options.encoders.load?.counts_per_rad / pitch_m(c)),
+        ))
         .note(&["instead of counts_per_rad: a scale at the carriage"]),
 ]);
 
@@ -322,6 +319,11 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
         .shown("Axis acceleration limit"),
 ]);
 
+/// `p` \[m/rad\].
+pub(super) fn pitch_m(case: &Case) -> f64 {
+    case.axis.transmission.screw_pitch_m_per_rad
+}
+
 pub(super) fn radians(angle_deg: f64) -> f64 {
     angle_deg * PI / 180.0
 }
@@ -345,10 +347,10 @@ pub(super) const BACKLASH: &[Key] = &of_firmware([
     number("half_gap_deg", NotNegative, "deg")
         .meaning("half gap to be compensated, the joint's own if left out,")
         .optional("3.0")
-        .by(
+        .access(Own(
             |c, half_deg| c.options.backlash.half_gap_rad = Some(radians(half_deg)),
             |c| c.options.backlash.half_gap_rad.map(f64::to_degrees),
-        )
+        ))
         .field("backlash_compensation.half_gap_counts")
         .shown_in("Half gap compensated", 1.0, "°")
         .when(|c| compensates(c, GapSource::Given))

@@ -3,6 +3,7 @@
 
 use plant::PidGains;
 
+use super::super::keys::Access::{Own, Per};
 use super::super::keys::Range::{NotNegative, Positive};
 use super::super::keys::{Key, Need, Way, number};
 use crate::case::{CascadeGains, Case};
@@ -26,18 +27,8 @@ const IN_VOLTS: Way = &["kp_v_per_rad", "ki_v_per_rad_s", "kd_vs_per_rad"];
 const IN_AMPERES: Way = &["kp_a_per_rad", "ki_a_per_rad_s", "kd_as_per_rad"];
 
 /// Keys of the drive of one kind, which the other does not have.
-pub(crate) const OF_VOLTAGE_DRIVE: [&str; 4] = [
-    "kp_v_per_rad",
-    "ki_v_per_rad_s",
-    "kd_vs_per_rad",
-    "velocity_gain_vs_per_rad",
-];
-pub(crate) const OF_CURRENT_DRIVE: [&str; 4] = [
-    "kp_a_per_rad",
-    "ki_a_per_rad_s",
-    "kd_as_per_rad",
-    "velocity_gain_as_per_rad",
-];
+pub(crate) const OF_VOLTAGE_DRIVE: [Way; 2] = [IN_VOLTS, &["velocity_gain_vs_per_rad"]];
+pub(crate) const OF_CURRENT_DRIVE: [Way; 2] = [IN_AMPERES, &["velocity_gain_as_per_rad"]];
 
 /// The gains of the law in codes per count, unless the drive is of another kind.
 fn gains(case: &mut Case, of_current: bool) -> Option<&mut PidGains> {
@@ -58,7 +49,7 @@ macro_rules! per_radian {
         [$(number($name, NotNegative, $unit)
             .named($meaning, $shown)
             .needing($need, $example)
-            .per(Case::output_per_rad, |c| Some(&mut $gains(c, $of_current)?.$gain))),+]
+            .access(Per(Case::output_per_rad, |c| Some(&mut $gains(c, $of_current)?.$gain)))),+]
     };
 }
 
@@ -110,38 +101,36 @@ pub(super) const OF_CASCADE: [Key; 4] = [
     number("kv_per_s", NotNegative, "1/s")
         .named("gain k_v of the position loop", "Cascade k_v")
         .needing(Need::Always, "20.0")
-        .by(
+        .access(Own(
             |c, gain| set_cascade(c, |cascade| cascade.kv_per_s = gain),
             |c| Some(c.controller.cascade?.kv_per_s),
-        )
+        ))
         .alone()
         .note(&["or a cascade: gain of the position loop"]),
     number("velocity_gain_vs_per_rad", NotNegative, "V s/rad")
         .named("gain k of the velocity loop", "Cascade k")
         .needing(Need::Always, "0.4")
-        .by(
+        .access(Own(
             |c, gain| set_cascade(c, |cascade| cascade.velocity_gain_vs_per_rad = gain),
             |c| velocity_gain(c, false),
-        )
+        ))
         .note(&["gain of the velocity loop, volts per (radian per second)"]),
     number("velocity_gain_as_per_rad", NotNegative, "A s/rad")
-        .named(
-            "gain k of the velocity loop of a current drive",
-            "Cascade k",
-        )
+        .meaning("gain k of the velocity loop of a current drive")
+        .shown("Cascade k")
         .needing(Need::Always, "0.2")
-        .by(
+        .access(Own(
             |c, gain| set_cascade(c, |cascade| cascade.velocity_gain_vs_per_rad = gain),
             |c| velocity_gain(c, true),
-        )
+        ))
         .note(&["the same of a current drive, amperes"]),
     number("velocity_reset_s", Positive, "s")
         .meaning("reset time T_n of the velocity loop")
         .needing(Need::Always, "0.02")
-        .by(
+        .access(Own(
             |c, reset_s| set_cascade(c, |cascade| cascade.velocity_reset_s = reset_s),
             |c| Some(c.controller.cascade?.velocity_reset_s),
-        )
+        ))
         .alone()
         .shown_in("Cascade T_n", 1e3, "ms")
         .note(&["its reset time"]),
