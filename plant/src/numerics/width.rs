@@ -184,6 +184,23 @@ impl<V: Copy + Mul<Output = V>> Mul for Each<V> {
     }
 }
 
+/// [`Width::upper_times`] without the terms that are zero.
+#[inline(always)]
+fn above_zeros<W: Width, const N: usize>(
+    w: W,
+    columns: &[[f64; 4]; N],
+    vectors: &[W::Vector; N],
+) -> [W::Vector; 4] {
+    let mut sums = [w.splat(0.0); 4];
+    for (i, sum) in sums.iter_mut().enumerate() {
+        *sum = w.splat(columns[i][i]) * vectors[i];
+        for j in i + 1..N {
+            *sum = *sum + w.splat(columns[j][i]) * vectors[j];
+        }
+    }
+    sums
+}
+
 /// Four numbers of a lane as four vectors.
 macro_rules! quad_of_vectors {
     () => {
@@ -204,14 +221,7 @@ macro_rules! quad_of_vectors {
             columns: &[[f64; 4]; N],
             vectors: &[Self::Vector; N],
         ) -> Self::Quad {
-            let mut sums = [self.splat(0.0); 4];
-            for (i, sum) in sums.iter_mut().enumerate() {
-                *sum = self.splat(columns[i][i]) * vectors[i];
-                for j in i + 1..N {
-                    *sum = *sum + self.splat(columns[j][i]) * vectors[j];
-                }
-            }
-            Each(sums)
+            Each(above_zeros(self, columns, vectors))
         }
         #[inline(always)]
         fn quad_abs(self, Each([a, b, c, d]): Self::Quad) -> Self::Quad {
@@ -349,7 +359,7 @@ impl<S: Simd> Width for Single<S> {
     fn upper_times<const N: usize>(self, columns: &[[f64; 4]; N], vectors: &[f64; N]) -> f64x4<S> {
         let mut sum = self.multiples(&columns[0], vectors[0]);
         for j in 1..N {
-            sum = sum + self.multiples(&columns[j], vectors[j]);
+            sum += self.multiples(&columns[j], vectors[j]);
         }
         sum
     }
