@@ -3,7 +3,7 @@
 use super::group::{Group, PLACES, Shared};
 use super::phase::{Kind, Phase, times_sizes_of};
 use super::questions::PastStep;
-use crate::exact::{DRIVING, HELD, Quantity, WholeStep};
+use crate::exact::{DRIVING, HELD, Quantity, WholeStep, sizes_of};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
 use crate::model::surroundings::Start;
@@ -83,7 +83,7 @@ impl<W: Width> Step<W> {
             }
         }
         let rates = [beta_rate, x[EPSILON_DOT], epsilon_rate, current_rate];
-        let sizes = w.quad_abs(w.with_part(others, 1, x[EPSILON_DOT]));
+        let sizes = sizes_of(w, others, x[EPSILON_DOT]);
         let mut strays = [w.splat(0.0); STRAYS];
         strays[0] = whole.gap_strays(w, sizes);
         if shared.limits.is_some() {

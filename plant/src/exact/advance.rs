@@ -12,6 +12,7 @@ use super::levels::NOISE_ULPS;
 use super::memory::Tables;
 use super::piece::HeldPiece;
 use super::system::{Column, DELTA, HELD, held_state};
+use super::whole_step::sizes_of;
 use crate::hybrid::guard::Guards;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::amplifier::{Stage, StageMode};
@@ -82,7 +83,7 @@ impl Automaton {
         let start = held_state(&self.y, offset_rad);
         let x = start.into();
         let [states, others] = table.step.sums(w, &x, voltage_v);
-        let sizes = w.quad_abs(w.with_part(others, 1, start[EPSILON_DOT]));
+        let sizes = sizes_of(w, others, start[EPSILON_DOT]);
         let [beta, beta_dot, delta, epsilon_dot] = w.parts(states);
         let [beta_rate, current, epsilon_rate, current_rate] = w.parts(others);
         let end = Column::<HELD>::new(beta, beta_dot, delta, epsilon_dot, current);

@@ -57,4 +57,4 @@ pub(crate) use piece::behind_figure;
 pub(crate) use sketch::Sketch;
 pub(crate) use system::{DELTA, HELD, held_state};
 pub(crate) use table::Quantity;
-pub(crate) use whole_step::{WholeStep, times_sizes};
+pub(crate) use whole_step::{WholeStep, sizes_of, times_sizes};

@@ -259,6 +259,13 @@ fn columns_of<const N: usize>(m: &Matrix<N>) -> [[f64; 4]; N] {
     array::from_fn(|j| array::from_fn(|i| m[(i, j)]))
 }
 
+/// Magnitudes of the rates of β̇, δ, ε̇ and I, from the second quad of sums and ε̇ at the start.
+#[inline(always)]
+pub(crate) fn sizes_of<W: Width>(w: W, others: W::Quad, epsilon_dot: W::Vector) -> W::Quad {
+    // In the place of I.
+    w.quad_abs(w.with_part(others, 1, epsilon_dot))
+}
+
 /// `Σ c_j·|v_j|`.
 #[inline(always)]
 pub(crate) fn times_sizes<W: Width>(w: W, row: &[f64; DRIVING], sizes: W::Quad) -> W::Vector {

@@ -1,7 +1,6 @@
 //! A run as its axis sees it, sample by sample, wherever the axis runs: setpoints,
 //! requests, injected faults, a queue that runs dry; and the axis' reports so far.
 
-use std::cell::Cell;
 use std::sync::Arc;
 
 use firmware::law::Law;
@@ -67,19 +66,14 @@ impl World {
     /// The world of an axis at samples `period_ns` apart.
     pub fn new(options: &AxisOptions, period_ns: u64) -> Self {
         let (requests, injections) = (&options.requests, &options.injections);
-        let first = Cell::new(u64::MAX);
-        let from = |at_ns: Option<u64>| {
-            let tick = at_ns?.div_ceil(period_ns);
-            first.set(first.get().min(tick));
-            Some(tick)
-        };
+        let from = |at_ns: Option<u64>| at_ns.map(|at_ns| at_ns.div_ceil(period_ns));
         let missed = from(injections.missed_tick_ns);
         // Nothing comes at a sample that is missed; it waits for the next.
         let once = |at_ns| from(at_ns).map(|tick| tick + u64::from(missed == Some(tick)));
         // A counter of n bits shows n bits; the load's is as wide where it closes the loop.
         let mask = u32::MAX >> (u32::BITS - options.encoders.counter_bits);
         let glitch = injections.encoder_glitch;
-        Self {
+        let mut world = Self {
             requests: [
                 (once(requests.disable_ns), Event::Disable),
                 (once(requests.reset_ns), Event::Reset),
@@ -93,14 +87,29 @@ impl World {
             glitch: once(glitch.map(|glitch| glitch.at_ns)).zip(glitch.map(|glitch| glitch.counts)),
             bus_error: once(injections.bus_error_ns),
             missed,
+            first: u64::MAX,
             masks: match options.law.feedback {
                 Feedback::Dual => [mask, mask],
                 Feedback::Motor => [mask, u32::MAX],
             },
             frozen_counts: None,
-            // Of what a missed sample puts off the missed sample comes first.
-            first: first.get(),
-        }
+        };
+        let [disable, reset, enable] = world.requests.map(|(at, _)| at);
+        let ticks = [
+            disable,
+            reset,
+            enable,
+            world.gain_change,
+            world.dry,
+            world.stop,
+            world.stop_release,
+            world.freeze,
+            world.glitch.map(|(at, _)| at),
+            world.bus_error,
+            world.missed,
+        ];
+        world.first = ticks.into_iter().flatten().min().unwrap_or(u64::MAX);
+        world
     }
 
     /// True of a sample before any of it comes.
@@ -355,7 +364,7 @@ impl Supply {
         match next {
             Next::Setpoint(setpoint) => Streamed::Setpoint(setpoint),
             Next::Last(setpoint) => Streamed::Last(setpoint),
-            // A table has a setpoint at least and no stretches.
+            // Stretches are taken above, and a table has a setpoint at least.
             Next::Stretch(_) | Next::Underrun => Streamed::Last(Setpoint::default()),
         }
     }

@@ -232,48 +232,48 @@ impl<W: Width> Lanes<W> {
         let seen = &mut self.seen[group];
         let mut now = *progress;
         let mut axes = self.batch.group(group);
-        // The samples but for the last, and that.
-        for (steps, until) in [(of_sample, family.samples), (tail, family.samples + 1)] {
-            let mut held_up = false;
-            while now.tick < until && !held_up {
-                let command = self.commands.at(now.tick);
-                if now.step == 0 {
-                    // 1. Sample, 2. compute.
-                    let gamma = axes.beta_rad() - axes.epsilon_rad();
-                    let instant = Instant {
-                        tick: now.tick,
-                        // The encoder's zero is where the axis starts.
-                        beta: axes.beta_from_start_rad(),
-                        gamma,
-                        alpha_ref: w.splat(command.alpha_rad),
-                    };
-                    let LaneSample { code, count, held } = law.sample(w, settings, instant);
-                    now.next = held;
-                    // 3. Record.
-                    let error = axes.acceleration_mps2() - w.splat(command.acceleration_mps2);
-                    now.squared = now.squared + error * error;
-                    seen.add(w, now.tick, [code, count], p * gamma);
-                }
-                if now.step < steps.number {
-                    // 4. Move: first under the code still in force, then under the new.
-                    if now.step >= steps.first_new {
-                        now.in_force = now.next;
-                    }
-                    if now.in_force.limited != 0 {
-                        let limited = w.lanes(now.in_force.limited);
-                        let later_ns = now.limited_ns + w.splat(steps.real_ns[now.step]);
-                        now.limited_ns = w.select(limited, later_ns, now.limited_ns);
-                    }
-                    let end_m = w.splat(command.step_ends_m[now.step]);
-                    let Held { voltage_v, limited } = now.in_force;
-                    held_up = axes.advance(steps.first + now.step, voltage_v, end_m, limited);
-                    now.step += 1;
-                }
-                if now.step >= steps.number {
-                    now.in_force = now.next;
-                    now.step = 0;
-                    now.tick += 1;
-                }
+        while now.tick <= family.samples {
+            let command = self.commands.at(now.tick);
+            if now.step == 0 {
+                // 1. Sample, 2. compute.
+                let gamma = axes.beta_rad() - axes.epsilon_rad();
+                let instant = Instant {
+                    tick: now.tick,
+                    // The encoder's zero is where the axis starts.
+                    beta: axes.beta_from_start_rad(),
+                    gamma,
+                    alpha_ref: w.splat(command.alpha_rad),
+                };
+                let LaneSample { code, count, held } = law.sample(w, settings, instant);
+                now.next = held;
+                // 3. Record.
+                let error = axes.acceleration_mps2() - w.splat(command.acceleration_mps2);
+                now.squared = now.squared + error * error;
+                seen.add(w, now.tick, [code, count], p * gamma);
+            }
+            let last = now.tick == family.samples;
+            let steps = if last { tail } else { of_sample };
+            if last && steps.number == 0 {
+                now.tick += 1;
+                break;
+            }
+            // 4. Move: first under the code still in force, then under the new.
+            if now.step >= steps.first_new {
+                now.in_force = now.next;
+            }
+            if now.in_force.limited != 0 {
+                let limited = w.lanes(now.in_force.limited);
+                let later_ns = now.limited_ns + w.splat(steps.real_ns[now.step]);
+                now.limited_ns = w.select(limited, later_ns, now.limited_ns);
+            }
+            let end_m = w.splat(command.step_ends_m[now.step]);
+            let Held { voltage_v, limited } = now.in_force;
+            let held_up = axes.advance(steps.first + now.step, voltage_v, end_m, limited);
+            now.step += 1;
+            if now.step == steps.number {
+                now.in_force = now.next;
+                now.step = 0;
+                now.tick += 1;
             }
             if held_up {
                 break;

@@ -12,8 +12,6 @@ use crate::number::seconds;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SeenRows<W: Width> {
     window: Option<Window>,
-    /// Its first row.
-    first: u64,
     /// Lowest and highest codes and counts before the window, and in it.
     before: [W::Array; 4],
     now: [W::Array; 4],
@@ -28,7 +26,6 @@ impl<W: Width> SeenRows<W> {
     pub(crate) fn new(window: Option<Window>) -> Self {
         Self {
             window,
-            first: window.map_or(NEVER, |window| window.first),
             before: Self::nothing(),
             now: Self::nothing(),
             positions_m: Vec::new(),
@@ -58,8 +55,9 @@ impl<W: Width> SeenRows<W> {
         [code, count]: [W::Vector; 2],
         position_m: W::Vector,
     ) {
-        if row >= self.first {
-            if row == self.first {
+        let first = self.window.map_or(NEVER, |window| window.first);
+        if row >= first {
+            if row == first {
                 self.before = self.now;
                 self.now = Self::nothing();
             }

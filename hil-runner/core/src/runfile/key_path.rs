@@ -276,11 +276,13 @@ pub(super) fn key(section: &str, unknown: &str) -> Hint {
 fn nearest<'a>(unknown: &str, names: &[&'a str]) -> Vec<&'a str> {
     let unknown = unknown.to_lowercase().replace('-', "_");
     let near = names.iter();
-    let near = near.filter(|name| distance(&unknown, name).is_some());
-    let best = near.clone().map(|name| distance(&unknown, name)).min();
+    let near: Vec<_> = near
+        .filter_map(|name| Some((distance(&unknown, name)?, *name)))
+        .collect();
+    let best = near.iter().map(|(distance, _)| *distance).min();
     // One clear favourite stands alone; others only show if they are as near.
-    let best = near.filter(|name| Some(distance(&unknown, name)) == best);
-    best.take(3).copied().collect()
+    let best = near.iter().filter(|(distance, _)| Some(*distance) == best);
+    best.map(|(_, name)| *name).take(3).collect()
 }
 
 /// Edits between the two if they are few enough for a slip; a name without
