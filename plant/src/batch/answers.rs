@@ -165,10 +165,7 @@ impl<W: Width> Group<W> {
             length_s.as_mut()[place] = question.times_s(phase.length_s).1;
             known.as_mut()[place] = self.known_of(question.lane, figure);
         }
-        let x = x.each_ref().map(
-            #[inline(always)]
-            |array| w.load(array),
-        );
+        let x = w.load_each(&x);
         let [voltage_v, length_s] = [w.load(&voltage_v), w.load(&length_s)];
         let of_axis = [shared.axis.pitch_m_per_rad, table.system.screw_load];
         let given = [w.load(&offset_rad), voltage_v];
@@ -207,10 +204,7 @@ impl<W: Width> Group<W> {
                 let (mut magnitudes, mut found) = (zero, 0);
                 let (centre_s, half_s) = (w.stored(local.window.centre_s), local.window.half_s);
                 let (half_s, sigma) = (w.stored(half_s), w.stored(sigma));
-                let q = q.map(
-                    #[inline(always)]
-                    |c| w.stored(c),
-                );
+                let q = w.stored_each(&q);
                 for place in (0..W::LANES).filter(|place| turns >> place & 1 != 0) {
                     let of = |array: &W::Array| array.as_ref()[place];
                     let Some((motion, start_s, _)) = motion_of(place) else {

@@ -232,10 +232,7 @@ impl<W: Width> Group<W> {
     #[inline(always)]
     fn course(&self, shared: &Shared, slot: &Slot<W>) -> Course<W> {
         let w = self.width;
-        let y = slot.state.each_ref().map(
-            #[inline(always)]
-            |array| w.load(array),
-        );
+        let y = w.load_each(&slot.state);
         let offset_rad = w.load(&slot.flank) * w.load(&self.backlash_half_rad);
         let x = [y[0], y[1], y[2] - offset_rad, y[3], y[4]];
         let voltage_v = w.load(&slot.voltage_v);

@@ -149,10 +149,7 @@ impl<'a, W: Width> InStep<'a, W> {
     ) -> Self {
         let w = group.width;
         let now = group.track.now();
-        let y = now.state.each_ref().map(
-            #[inline(always)]
-            |array| w.load(array),
-        );
+        let y = w.load_each(&now.state);
         Self {
             acceleration_mps2: w.load(&now.acceleration_mps2),
             shared,

@@ -12,7 +12,7 @@ use crate::model::joint::ElasticJoint;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
 use crate::numerics::width::Width;
-use crate::observe::extremes::{CARRIAGE, ENERGIES, FIGURES, POWER};
+use crate::observe::extremes::{CARRIAGE, ENERGIES, FIGURES};
 
 /// States in lanes: β, β̇, δ, ε̇ and I.
 type States<W> = [<W as Width>::Vector; HELD];
@@ -193,10 +193,7 @@ impl<W: Width> TransitionStart<W> {
     ) -> Transition<W> {
         let closed = first.table.closed;
         let (zero, one) = (w.splat(0.0), w.splat(1.0));
-        let mut y = [zero; HELD];
-        for (vector, array) in y.iter_mut().zip(&self.y) {
-            *vector = w.load(array);
-        }
+        let y = w.load_each(&self.y);
         let (voltage_v, b) = (w.load(&self.voltage_v), w.load(&self.backlash_half_rad));
         let start_flank = w.load(&self.flank);
         let start_offset = start_flank * b;
@@ -301,49 +298,35 @@ impl<W: Width> TransitionStart<W> {
         known &= next.others_hold(w, end_offset, [&after, &end], sizes[1]);
         let (bend, two) = (w.load(&self.bend_m) * w.splat(0.125), w.splat(2.0));
         let mut uppers = [[W::array(0.0); FIGURES]; 2];
-        let mut carriage_strays_m = [W::array(0.0); 2];
         let currents = [y[CURRENT], after[CURRENT], end[CURRENT]];
-        for piece in 0..2 {
-            let strays = &strays[piece];
-            let ends = w.max(
-                w.abs(acceleration[2 * piece]),
-                w.abs(acceleration[2 * piece + 1]),
-            );
-            w.store(ends + two * strays[0], &mut uppers[piece][0]);
-            let ends = w.max(w.abs(currents[piece]), w.abs(currents[piece + 1]));
-            let upper = ends + two * strays[1];
-            w.store(upper, &mut uppers[piece][1]);
-            w.store(w.abs(voltage_v) * upper, &mut uppers[piece][POWER]);
-            for i in CARRIAGE..POWER {
-                let ends = w.max(
-                    behind_m[i - CARRIAGE][piece],
-                    behind_m[i - CARRIAGE][piece + 1],
-                );
-                w.store(ends + two * (strays[i] + bend), &mut uppers[piece][i]);
-            }
-            w.store(two * strays[CARRIAGE], &mut carriage_strays_m[piece]);
+        let [carriage_m, motor_m] = behind_m;
+        for (piece, uppers) in uppers.iter_mut().enumerate() {
+            let (to, strays) = (piece + 1, &strays[piece]);
+            let accelerations = [acceleration[2 * piece], acceleration[2 * piece + 1]];
+            let current = upper(w, [currents[piece], currents[to]], strays[1]);
+            *uppers = w.stored_each(&[
+                upper(w, accelerations, strays[0]),
+                current,
+                upper(w, [carriage_m[piece], carriage_m[to]], strays[2] + bend),
+                upper(w, [motor_m[piece], motor_m[to]], strays[3] + bend),
+                w.abs(voltage_v) * current,
+            ]);
         }
+        let carriage_strays_m = [two * strays[0][CARRIAGE], two * strays[1][CARRIAGE]];
         let start = (x[CURRENT], &next_rates);
         let second_j = next.table.energies_of_part(w, start, voltage_v, left_s);
-        let pieces_j = [first_j, second_j];
-        let mut energies_j = [[W::array(0.0); ENERGIES]; 2];
-        for (piece, energies) in energies_j.iter_mut().zip(&pieces_j) {
-            for (array, energy_j) in piece.iter_mut().zip(energies) {
-                w.store(*energy_j, array);
-            }
-        }
         let [a, b, c, d] = acceleration;
         Transition {
-            energies_j,
+            energies_j: [w.stored_each(&first_j), w.stored_each(&second_j)],
             known,
             change_s: w.stored(change_s),
             flank: w.stored(flank),
-            before: stored_all(w, &before),
-            after: stored_all(w, &after),
-            end: stored_all(w, &end),
-            acceleration_mps2: [[w.stored(a), w.stored(b)], [w.stored(c), w.stored(d)]],
+            before: w.stored_each(&before),
+            after: w.stored_each(&after),
+            end: w.stored_each(&end),
+            acceleration_mps2: [w.stored_each(&[a, b]), w.stored_each(&[c, d])],
             uppers,
-            carriage_strays_m,
+            carriage_strays_m: w.stored_each(&carriage_strays_m),
         }
     }
 
@@ -406,13 +389,11 @@ impl<W: Width> TransitionStart<W> {
     }
 }
 
+/// Upper bound of a magnitude over a part of a step, from both ends and how far it strays from its
+/// chord over the whole: up to twice that from the part's.
 #[inline(always)]
-fn stored_all<W: Width>(w: W, vectors: &States<W>) -> [W::Array; HELD] {
-    let mut arrays = [W::array(0.0); HELD];
-    for (array, vector) in arrays.iter_mut().zip(vectors) {
-        w.store(*vector, array);
-    }
-    arrays
+fn upper<W: Width>(w: W, [from, to]: [W::Vector; 2], stray: W::Vector) -> W::Vector {
+    w.max(w.abs(from), w.abs(to)) + w.splat(2.0) * stray
 }
 
 /// Slopes of δ over a step, and what they may be off by.

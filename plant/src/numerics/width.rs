@@ -119,6 +119,25 @@ pub trait Width: Copy {
         array
     }
 
+    /// Copies in memory.
+    #[inline(always)]
+    fn stored_each<const N: usize>(self, vectors: &[Self::Vector; N]) -> [Self::Array; N] {
+        let mut arrays = [Self::array(0.0); N];
+        for (vector, array) in vectors.iter().zip(&mut arrays) {
+            self.store(*vector, array);
+        }
+        arrays
+    }
+
+    /// Each from memory.
+    #[inline(always)]
+    fn load_each<const N: usize>(self, arrays: &[Self::Array; N]) -> [Self::Vector; N] {
+        arrays.each_ref().map(
+            #[inline(always)]
+            |array| self.load(array),
+        )
+    }
+
     /// The larger of the two, `b` where `a` is not a number.
     #[inline(always)]
     fn larger(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
