@@ -15,33 +15,28 @@
 
 use core::fmt;
 
-/// States of an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum State {
-    /// Without power; the position is followed all the same.
-    #[default]
-    Disabled,
-    /// Powered, held at the position where it was enabled.
-    Enabled,
-    /// Follows a source of setpoints.
-    Moving,
-    /// Powered, held at the last setpoint of a motion.
-    Holding,
-    /// Without power, until it is reset.
-    Fault,
+use crate::named::named;
+
+named! {
+    /// States of an axis.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+    pub enum State {
+        /// Without power; the position is followed all the same.
+        #[default]
+        Disabled = "disabled",
+        /// Powered, held at the position where it was enabled.
+        Enabled = "enabled",
+        /// Follows a source of setpoints.
+        Moving = "moving",
+        /// Powered, held at the last setpoint of a motion.
+        Holding = "holding",
+        /// Without power, until it is reset.
+        Fault = "fault",
+    }
 }
 
 impl State {
-    /// Every state.
-    pub const ALL: [Self; 5] = [
-        Self::Disabled,
-        Self::Enabled,
-        Self::Moving,
-        Self::Holding,
-        Self::Fault,
-    ];
-
     /// The state that `event` leads to from this one.
     ///
     /// # Errors
@@ -81,59 +76,26 @@ impl State {
             Self::Disabled | Self::Fault => false,
         }
     }
-
-    /// The name in reports and files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Disabled => "disabled",
-            Self::Enabled => "enabled",
-            Self::Moving => "moving",
-            Self::Holding => "holding",
-            Self::Fault => "fault",
-        }
-    }
 }
 
-/// Events of an axis: requests from outside, and what it finds out
-/// itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Event {
-    /// Request: power on and hold the position where the axis stands.
-    Enable,
-    /// Request: power off.
-    Disable,
-    /// Request: follow the source of setpoints.
-    Start,
-    /// The source has given its last setpoint.
-    MotionEnded,
-    /// A check has failed ([`crate::faults`]).
-    Fail,
-    /// Request: leave the fault, with the power still off.
-    Reset,
-}
-
-impl Event {
-    /// Every event.
-    pub const ALL: [Self; 6] = [
-        Self::Enable,
-        Self::Disable,
-        Self::Start,
-        Self::MotionEnded,
-        Self::Fail,
-        Self::Reset,
-    ];
-
-    /// The name in reports and files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Enable => "enable",
-            Self::Disable => "disable",
-            Self::Start => "start",
-            Self::MotionEnded => "motion-ended",
-            Self::Fail => "fail",
-            Self::Reset => "reset",
-        }
+named! {
+    /// Events of an axis: requests from outside, and what it finds out
+    /// itself.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+    pub enum Event {
+        /// Request: power on and hold the position where the axis stands.
+        Enable = "enable",
+        /// Request: power off.
+        Disable = "disable",
+        /// Request: follow the source of setpoints.
+        Start = "start",
+        /// The source has given its last setpoint.
+        MotionEnded = "motion-ended",
+        /// A check has failed ([`crate::faults`]).
+        Fail = "fail",
+        /// Request: leave the fault, with the power still off.
+        Reset = "reset",
     }
 }
 
