@@ -13,7 +13,7 @@
 //! not fit is [`Refused`]: nothing changes, and who asked is told so. The whole
 //! table, and what the output does in each state, is in `docs/STATES.md`.
 
-use core::fmt;
+use thiserror::Error;
 
 use crate::named::named;
 
@@ -99,29 +99,30 @@ named! {
     }
 }
 
+impl Event {
+    /// The demand that a state fails which refuses it.
+    const fn demand(self) -> &'static str {
+        match self {
+            Self::Enable => "the axis must be disabled",
+            Self::Disable => "a fault has to be reset",
+            Self::Start => "the axis must be enabled or holding",
+            Self::MotionEnded => "the source of setpoints ends a motion while the axis is moving",
+            Self::Fail => "a check must have tripped",
+            Self::Reset => "there must be a fault",
+        }
+    }
+}
+
 /// A request that the state does not follow. The axis goes on as it was.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error(
+    "the event {} is refused in the state {}; {}",
+    .event.name(), .state.name(), .event.demand()
+)]
 pub struct Refused {
     /// The state, before and after.
     pub state: State,
     /// The refused event.
     pub event: Event,
 }
-
-impl fmt::Display for Refused {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (asked, now) = (self.event.name(), self.state.name());
-        let must = match self.event {
-            Event::Enable => "the axis must be disabled",
-            Event::Disable => "a fault has to be reset",
-            Event::Start => "the axis must be enabled or holding",
-            Event::MotionEnded => "the source of setpoints ends a motion while the axis is moving",
-            Event::Fail => "a check must have tripped",
-            Event::Reset => "there must be a fault",
-        };
-        write!(f, "the event {asked} is refused in the state {now}; {must}")
-    }
-}
-
-impl core::error::Error for Refused {}
