@@ -73,7 +73,7 @@
 //! | longest creep | counts | 1 to [`CREEP_MAX`]; all four stay on one half of the wheel |
 //! | `ρ` | 2^−16 | 1 to [`RATIO_MAX`]; `ρ·l` below 2^59, `m` below 2^60 |
 
-use core::fmt;
+use thiserror::Error;
 
 use crate::counts::{difference, wrap};
 use crate::reference::{Next, Observed, Setpoint, SetpointSource};
@@ -184,15 +184,23 @@ impl BacklashMeasurement {
 
 /// Reason for which the routine gave no gap. The axis rests where it was; the routine can
 /// be started again.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum BacklashMeasurementError {
     /// The load did not follow within the longest creep.
+    #[error(
+        "the load did not follow the motor within {counts} counts of creep; \
+         the gap is wider than that, or the load follows below the threshold"
+    )]
     NeverFollowed {
         /// Distance over which the motor was sent \[motor counts\].
         counts: u32,
     },
     /// The gap was not the same at each crossing.
+    #[error(
+        "three crossings gave gaps of {}, {} and {} counts; they may differ by {tolerance_counts}",
+        .full_counts[0], .full_counts[1], .full_counts[2]
+    )]
     Disagree {
         /// The whole gap at each crossing \[motor counts\].
         full_counts: [i64; 3],
@@ -200,44 +208,19 @@ pub enum BacklashMeasurementError {
         tolerance_counts: u32,
     },
     /// The load moved further than the motor.
+    #[error(
+        "three crossings gave gaps of {}, {} and {} counts; a load that moves further than \
+         the motor means that the ratio of the two encoders is wrong",
+        .full_counts[0], .full_counts[1], .full_counts[2]
+    )]
     Negative {
         /// The whole gap at each crossing \[motor counts\].
         full_counts: [i64; 3],
     },
     /// The load is to be seen by an encoder that is not there.
+    #[error("the gap is to be measured by the load's encoder but there is no count of it")]
     NoLoadEncoder,
 }
-
-impl fmt::Display for BacklashMeasurementError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NeverFollowed { counts } => write!(
-                f,
-                "the load did not follow the motor within {counts} counts of creep; \
-                 the gap is wider than that, or the load follows below the threshold"
-            ),
-            Self::Disagree {
-                full_counts: [a, b, c],
-                tolerance_counts: most,
-            } => write!(
-                f,
-                "three crossings gave gaps of {a}, {b} and {c} counts; they may differ by {most}"
-            ),
-            Self::Negative {
-                full_counts: [a, b, c],
-            } => write!(
-                f,
-                "three crossings gave gaps of {a}, {b} and {c} counts; a load that moves further than \
-                 the motor means that the ratio of the two encoders is wrong"
-            ),
-            Self::NoLoadEncoder => f.write_str(
-                "the gap is to be measured by the load's encoder but there is no count of it",
-            ),
-        }
-    }
-}
-
-impl core::error::Error for BacklashMeasurementError {}
 
 /// Fraction bits of the speed, of `ρ` and of everything that is computed.
 const FRACTION_BITS: u32 = 16;

@@ -29,63 +29,40 @@
 
 use core::fmt;
 
-/// Causes that stop the axis, the most urgent first: the order of the variants is
-/// the priority where several appear in one tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum FaultCause {
-    /// The emergency stop is pressed. Release it, then reset.
-    EmergencyStop,
-    /// Encoder or converter could not be reached, or says itself that it is not to
-    /// be trusted: it has lost its supply, met a short circuit or a brown-out.
-    HardwareBus,
-    /// The control loop did not run at a tick, or ran twice.
-    MissedTick,
-    /// The encoder count changed by more than any motion of the axis can; the
-    /// position may be wrong from here on.
-    EncoderGlitch,
-    /// The axis is driven but its encoder does not move.
-    EncoderLoss,
-    /// The motion has not ended but there was no setpoint.
-    SetpointUnderrun,
-    /// The axis is too far from its setpoint.
-    FollowingError,
-    /// The output has stood at a limit for too long.
-    SaturationTooLong,
-}
+use crate::named::named;
 
-impl FaultCause {
-    /// Every cause, the most urgent first.
-    pub const ALL: [Self; 8] = [
-        Self::EmergencyStop,
-        Self::HardwareBus,
-        Self::MissedTick,
-        Self::EncoderGlitch,
-        Self::EncoderLoss,
-        Self::SetpointUnderrun,
-        Self::FollowingError,
-        Self::SaturationTooLong,
-    ];
-
-    /// The name in reports and files.
+named! {
+    /// Causes that stop the axis, the most urgent first: the order of the variants is
+    /// the priority where several appear in one tick.
     ///
     /// ```
     /// use firmware::FaultCause;
     ///
     /// assert_eq!(FaultCause::FollowingError.name(), "following-error");
+    /// assert_eq!(FaultCause::ALL[6], FaultCause::FollowingError);
     /// ```
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::EmergencyStop => "emergency-stop",
-            Self::HardwareBus => "hardware-bus",
-            Self::MissedTick => "missed-tick",
-            Self::EncoderGlitch => "encoder-glitch",
-            Self::EncoderLoss => "encoder-loss",
-            Self::SetpointUnderrun => "setpoint-underrun",
-            Self::FollowingError => "following-error",
-            Self::SaturationTooLong => "saturation-too-long",
-        }
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+    #[non_exhaustive]
+    pub enum FaultCause {
+        /// The emergency stop is pressed. Release it, then reset.
+        EmergencyStop = "emergency-stop",
+        /// Encoder or converter could not be reached, or says itself that it is not to
+        /// be trusted: it has lost its supply, met a short circuit or a brown-out.
+        HardwareBus = "hardware-bus",
+        /// The control loop did not run at a tick, or ran twice.
+        MissedTick = "missed-tick",
+        /// The encoder count changed by more than any motion of the axis can; the
+        /// position may be wrong from here on.
+        EncoderGlitch = "encoder-glitch",
+        /// The axis is driven but its encoder does not move.
+        EncoderLoss = "encoder-loss",
+        /// The motion has not ended but there was no setpoint.
+        SetpointUnderrun = "setpoint-underrun",
+        /// The axis is too far from its setpoint.
+        FollowingError = "following-error",
+        /// The output has stood at a limit for too long.
+        SaturationTooLong = "saturation-too-long",
     }
 }
 

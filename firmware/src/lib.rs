@@ -149,6 +149,7 @@ pub mod hardware;
 pub mod law;
 pub mod monitor;
 pub mod motion;
+mod named;
 pub mod output;
 pub mod position;
 pub mod reference;

@@ -51,11 +51,9 @@ use crate::word::GainWord;
 pub struct FollowingErrorMonitor {
     /// `a` \[counts\].
     limit_counts: u32,
-    /// `w`.
-    mantissa: u32,
-    /// `f`.
-    fraction_bits: u8,
-    /// Those of the setpoints' velocities.
+    /// `s = w·2^−f`.
+    per_speed: GainWord,
+    /// Fraction bits of the setpoints' velocities.
     velocity_fraction_bits: u8,
 }
 
@@ -82,22 +80,19 @@ impl FollowingErrorMonitor {
     ) -> Result<Self, Refusal> {
         accepted!(What::FollowingError.word_within(limit_counts, [1, Self::MAX_LIMIT_COUNTS]));
         accepted!(What::Lag(per_speed).not_negative(per_speed.mantissa));
-        let fraction_bits = per_speed.fraction_bits;
         let most = [0, Self::MAX_FRACTION_BITS];
-        accepted!(What::LagFractionBits(per_speed).byte_within(fraction_bits, most));
+        accepted!(What::LagFractionBits(per_speed).byte_within(per_speed.fraction_bits, most));
         accepted!(What::VelocityFractionBits.byte_within(velocity_fraction_bits, [0, 60]));
         Ok(Self {
             limit_counts,
-            mantissa: per_speed.mantissa.unsigned_abs(),
-            fraction_bits,
+            per_speed,
             velocity_fraction_bits,
         })
     }
 
     /// The limit at rest \[counts\], and the lag \[samples\].
     pub const fn limits(&self) -> (u32, GainWord) {
-        let word = GainWord::new(self.mantissa.cast_signed(), self.fraction_bits);
-        (self.limit_counts, word)
+        (self.limit_counts, self.per_speed)
     }
 
     /// Fraction bits of the setpoints' velocities.

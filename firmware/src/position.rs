@@ -74,12 +74,13 @@ impl CounterParameters {
     /// `2^(bits−1) − 1`.
     pub const fn accept(bits: u8, largest_jump: Option<u32>) -> Result<Self, Refusal> {
         accepted!(What::CounterBits.byte_within(bits, [Self::MIN_BITS, Self::MAX_BITS]));
-        let counter = Self { bits, largest_jump };
         if let Some(jump) = largest_jump {
-            let most = counter.half_wheel().saturating_sub(1);
+            // 2^(n−1) − 1
+            let half_wheel = 1_u32.wrapping_shl(wide::byte(bits.saturating_sub(1)));
+            let most = half_wheel.saturating_sub(1);
             accepted!(What::LargestJump(bits).word_within(jump, [1, most]));
         }
-        Ok(counter)
+        Ok(Self { bits, largest_jump })
     }
 
     /// `n`, the width of the counter.
@@ -91,11 +92,6 @@ impl CounterParameters {
     /// looked for.
     pub const fn largest_jump(&self) -> Option<u32> {
         self.largest_jump
-    }
-
-    /// `2^(n−1)`.
-    const fn half_wheel(&self) -> u32 {
-        1_u32.wrapping_shl(wide::byte(self.bits.saturating_sub(1)))
     }
 }
 

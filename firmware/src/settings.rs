@@ -12,12 +12,16 @@ use core::mem::offset_of;
 /// The largest mantissa of a gain, and the largest number with a sign.
 pub(crate) const MOST: u32 = i32::MAX.cast_unsigned();
 
-/// A structure of words with their names and ranges, in the order of the line.
+/// A structure of words in the order of the line: name, least and largest value, and the
+/// value that switches off what the word is for.
 macro_rules! words {
     (
         $(#[$about:meta])*
         pub struct $name:ident {
-            $(#[doc = $doc:literal] $(#[doc = $more:literal])* $field:ident: $least:expr, $most:expr;)*
+            $(
+                #[doc = $doc:literal] $(#[doc = $more:literal])*
+                $field:ident: $least:expr, $most:expr, $off:expr;
+            )*
         }
     ) => {
         $(#[$about])*
@@ -38,6 +42,8 @@ macro_rules! words {
             pub const RANGES: [[u32; 2]; Self::WORDS] = [$([$least, $most],)*];
             /// Number of words.
             pub const WORDS: usize = [$(stringify!($field),)*].len();
+            /// No gain, no limit, no option; a converter of 2 bits.
+            pub(crate) const OFF: Self = Self { $($field: $off,)* };
 
             /// The words in their order.
             pub const fn to_words(&self) -> [u32; Self::WORDS] {
@@ -48,7 +54,6 @@ macro_rules! words {
             pub const fn from_words([$($field,)*]: [u32; Self::WORDS]) -> Self {
                 Self { $($field,)* }
             }
-
         }
 
         impl Words {
@@ -91,151 +96,99 @@ words! {
     pub struct Settings {
         /// `Kp`: an integer `x` times `scale`, and that times `mantissa`, is `Kp·x` in 2^−32
         /// codes; so with the gains that follow.
-        kp_mantissa: 0, MOST;
+        kp_mantissa: 0, MOST, 0;
         /// Of `Kp`.
-        kp_scale: 1, 1 << 30;
+        kp_scale: 1, 1 << 30, 1;
         /// `Ki·Δt` \[codes per count\].
-        ki_dt_mantissa: 0, MOST;
+        ki_dt_mantissa: 0, MOST, 0;
         /// Of `Ki·Δt`.
-        ki_dt_scale: 1, 1 << 30;
+        ki_dt_scale: 1, 1 << 30, 1;
         /// `Kd/Δt` \[codes per count\]; with a filter per unit of the filtered difference.
-        kd_per_dt_mantissa: 0, MOST;
+        kd_per_dt_mantissa: 0, MOST, 0;
         /// Of `Kd/Δt`.
-        kd_per_dt_scale: 1, 1 << 30;
+        kd_per_dt_scale: 1, 1 << 30, 1;
         /// 1: the derivative is that of the measurement, not of the error.
-        derivative_of_measurement: 0, 1;
+        derivative_of_measurement: 0, 1, 0;
         /// `a·2^31` of the derivative's filter; 0 is none.
-        filter_smoothing: 0, MOST;
+        filter_smoothing: 0, MOST, 0;
         /// `2^h` of the filter: the units of a count in it.
-        filter_scale: 1, 1 << 29;
+        filter_scale: 1, 1 << 29, 1;
         /// `E`, largest error \[counts\].
-        error_limit_counts: 1, 1 << 29;
+        error_limit_counts: 1, 1 << 29, 1 << 17;
         /// `D`, largest difference \[counts\].
-        difference_limit_counts: 1, 1 << 30;
+        difference_limit_counts: 1, 1 << 30, 1 << 18;
         /// Bits of the motor's counter.
-        counter_bits: 8, 32;
+        counter_bits: 8, 32, 32;
         /// Largest change of its count \[counts per sample\].
-        largest_jump_counts: 1, u32::MAX;
+        largest_jump_counts: 1, u32::MAX, u32::MAX;
         /// 1: the position is that of the load's encoder.
-        feedback_of_load: 0, 1;
+        feedback_of_load: 0, 1, 0;
         /// Code from which on a healthy encoder moves \[codes\].
-        encoder_loss_codes: 1, u32::MAX;
+        encoder_loss_codes: 1, u32::MAX, u32::MAX;
         /// Samples after which it is lost.
-        encoder_loss_samples: 1, u32::MAX;
+        encoder_loss_samples: 1, u32::MAX, u32::MAX;
         /// Samples that the output may stand at a limit.
-        saturation_samples: 0, u32::MAX;
+        saturation_samples: 0, u32::MAX, u32::MAX;
         /// Bits of the converter.
-        dac_bits: 2, 24;
+        dac_bits: 2, 24, 2;
         /// Largest change of the code \[codes per sample\].
-        slew_codes: 1, 1 << 24;
+        slew_codes: 1, 1 << 24, 1 << 24;
         /// 0 nearest, 1 error feedback, 2 dither.
-        quantiser: 0, 2;
+        quantiser: 0, 2, 0;
         /// Start of the dither's generator.
-        dither_seed: 0, u32::MAX;
+        dither_seed: 0, u32::MAX, 0;
         /// 0 none, 1 clamp, 2 back-calculation.
-        anti_windup: 0, 2;
+        anti_windup: 0, 2, 0;
         /// `Δt/T_t·2^31` of the back-calculation.
-        tracking: 0, MOST;
+        tracking: 0, MOST, 0;
         /// First whole number beyond the integral's range \[codes\].
-        integral_range_codes: 1, MOST;
+        integral_range_codes: 1, MOST, 1 << 20;
         /// 1 where beyond `D` a declared range is left.
-        difference_is_declared: 0, 1;
+        difference_is_declared: 0, 1, 1;
         /// Feed-forward of the velocity \[codes per unit of a setpoint's velocity\].
-        velocity_ff_mantissa: 0, MOST;
+        velocity_ff_mantissa: 0, MOST, 0;
         /// Of the feed-forward of the velocity.
-        velocity_ff_scale: 1, 1 << 30;
+        velocity_ff_scale: 1, 1 << 30, 1;
         /// Feed-forward of the acceleration \[codes per unit of a setpoint's
         /// acceleration\].
-        acceleration_ff_mantissa: 0, MOST;
+        acceleration_ff_mantissa: 0, MOST, 0;
         /// Of the feed-forward of the acceleration.
-        acceleration_ff_scale: 1, 1 << 30;
+        acceleration_ff_scale: 1, 1 << 30, 1;
         /// Feed-forward of the friction \[codes\].
-        friction_ff_mantissa: 0, MOST;
+        friction_ff_mantissa: 0, MOST, 0;
         /// Of the feed-forward of the friction.
-        friction_ff_scale: 1, 1 << 30;
+        friction_ff_scale: 1, 1 << 30, 1;
         /// Largest feed-forward of a source that computes it itself \[codes\].
-        ahead_limit_codes: 0, 1 << 30;
+        ahead_limit_codes: 0, 1 << 30, 0;
         /// Bits of the load's counter.
-        load_counter_bits: 8, 32;
+        load_counter_bits: 8, 32, 32;
         /// Largest change of its count \[counts per sample\].
-        load_largest_jump_counts: 1, u32::MAX;
+        load_largest_jump_counts: 1, u32::MAX, u32::MAX;
         /// Largest following error at rest \[counts\].
-        following_error_counts: 1, u32::MAX;
+        following_error_counts: 1, u32::MAX, u32::MAX;
         /// By how much it grows with the speed, `mantissa·2^−fraction_bits` \[samples\].
-        lag_mantissa: 0, MOST;
+        lag_mantissa: 0, MOST, 0;
         /// Of the lag.
-        lag_fraction_bits: 0, 46;
+        lag_fraction_bits: 0, 46, 0;
         /// Fraction bits of setpoints' velocities.
-        velocity_fraction_bits: 0, 60;
+        velocity_fraction_bits: 0, 60, 0;
         /// 1: a tick that is missed is a fault.
-        watches_ticks: 0, 1;
+        watches_ticks: 0, 1, 0;
         /// Errors that count as 0 at rest \[counts\].
-        dead_band_counts: 0, u32::MAX;
+        dead_band_counts: 0, u32::MAX, 0;
         /// 1: the integral stands still at rest.
-        hold_integral: 0, 1;
+        hold_integral: 0, 1, 0;
         /// `B` of the backlash compensation \[motor counts\].
-        half_gap_counts: 0, 1 << 24;
+        half_gap_counts: 0, 1 << 24, 0;
         /// `N`, half the samples of a move across the gap; 0 is no compensation.
-        crossing_half_samples: 0, 65_535;
+        crossing_half_samples: 0, 65_535, 0;
         /// `B/N²` \[2^−32 counts\], its lower word.
-        crossing_first_low: 0, u32::MAX;
+        crossing_first_low: 0, u32::MAX, 0;
         /// Its upper word \[counts\].
-        crossing_first_high: 0, 1 << 24;
+        crossing_first_high: 0, 1 << 24, 0;
         /// 1: the flank follows the acceleration, not the velocity.
-        flank_of_acceleration: 0, 1;
+        flank_of_acceleration: 0, 1, 0;
     }
-}
-
-impl Settings {
-    /// No gain, no limit, no option; a converter of 2 bits.
-    pub(crate) const OFF: Self = Self {
-        kp_mantissa: 0,
-        kp_scale: 1,
-        ki_dt_mantissa: 0,
-        ki_dt_scale: 1,
-        kd_per_dt_mantissa: 0,
-        kd_per_dt_scale: 1,
-        derivative_of_measurement: 0,
-        filter_smoothing: 0,
-        filter_scale: 1,
-        error_limit_counts: 1 << 17,
-        difference_limit_counts: 1 << 18,
-        counter_bits: 32,
-        largest_jump_counts: u32::MAX,
-        feedback_of_load: 0,
-        encoder_loss_codes: u32::MAX,
-        encoder_loss_samples: u32::MAX,
-        saturation_samples: u32::MAX,
-        dac_bits: 2,
-        slew_codes: 1 << 24,
-        quantiser: 0,
-        dither_seed: 0,
-        anti_windup: 0,
-        tracking: 0,
-        integral_range_codes: 1 << 20,
-        difference_is_declared: 1,
-        velocity_ff_mantissa: 0,
-        velocity_ff_scale: 1,
-        acceleration_ff_mantissa: 0,
-        acceleration_ff_scale: 1,
-        friction_ff_mantissa: 0,
-        friction_ff_scale: 1,
-        ahead_limit_codes: 0,
-        load_counter_bits: 32,
-        load_largest_jump_counts: u32::MAX,
-        following_error_counts: u32::MAX,
-        lag_mantissa: 0,
-        lag_fraction_bits: 0,
-        velocity_fraction_bits: 0,
-        watches_ticks: 0,
-        dead_band_counts: 0,
-        hold_integral: 0,
-        half_gap_counts: 0,
-        crossing_half_samples: 0,
-        crossing_first_low: 0,
-        crossing_first_high: 0,
-        flank_of_acceleration: 0,
-    };
 }
 
 /// Settings as the samples read them: their words in one piece, which a line fills

@@ -13,35 +13,30 @@
 //! not fit is [`Refused`]: nothing changes, and who asked is told so. The whole
 //! table, and what the output does in each state, is in `docs/STATES.md`.
 
-use core::fmt;
+use thiserror::Error;
 
-/// States of an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum State {
-    /// Without power; the position is followed all the same.
-    #[default]
-    Disabled,
-    /// Powered, held at the position where it was enabled.
-    Enabled,
-    /// Follows a source of setpoints.
-    Moving,
-    /// Powered, held at the last setpoint of a motion.
-    Holding,
-    /// Without power, until it is reset.
-    Fault,
+use crate::named::named;
+
+named! {
+    /// States of an axis.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+    pub enum State {
+        /// Without power; the position is followed all the same.
+        #[default]
+        Disabled = "disabled",
+        /// Powered, held at the position where it was enabled.
+        Enabled = "enabled",
+        /// Follows a source of setpoints.
+        Moving = "moving",
+        /// Powered, held at the last setpoint of a motion.
+        Holding = "holding",
+        /// Without power, until it is reset.
+        Fault = "fault",
+    }
 }
 
 impl State {
-    /// Every state.
-    pub const ALL: [Self; 5] = [
-        Self::Disabled,
-        Self::Enabled,
-        Self::Moving,
-        Self::Holding,
-        Self::Fault,
-    ];
-
     /// The state that `event` leads to from this one.
     ///
     /// # Errors
@@ -81,85 +76,53 @@ impl State {
             Self::Disabled | Self::Fault => false,
         }
     }
+}
 
-    /// The name in reports and files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Disabled => "disabled",
-            Self::Enabled => "enabled",
-            Self::Moving => "moving",
-            Self::Holding => "holding",
-            Self::Fault => "fault",
-        }
+named! {
+    /// Events of an axis: requests from outside, and what it finds out
+    /// itself.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+    pub enum Event {
+        /// Request: power on and hold the position where the axis stands.
+        Enable = "enable",
+        /// Request: power off.
+        Disable = "disable",
+        /// Request: follow the source of setpoints.
+        Start = "start",
+        /// The source has given its last setpoint.
+        MotionEnded = "motion-ended",
+        /// A check has failed ([`crate::faults`]).
+        Fail = "fail",
+        /// Request: leave the fault, with the power still off.
+        Reset = "reset",
     }
 }
 
-/// Events of an axis: requests from outside, and what it finds out
-/// itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Event {
-    /// Request: power on and hold the position where the axis stands.
-    Enable,
-    /// Request: power off.
-    Disable,
-    /// Request: follow the source of setpoints.
-    Start,
-    /// The source has given its last setpoint.
-    MotionEnded,
-    /// A check has failed ([`crate::faults`]).
-    Fail,
-    /// Request: leave the fault, with the power still off.
-    Reset,
-}
-
 impl Event {
-    /// Every event.
-    pub const ALL: [Self; 6] = [
-        Self::Enable,
-        Self::Disable,
-        Self::Start,
-        Self::MotionEnded,
-        Self::Fail,
-        Self::Reset,
-    ];
-
-    /// The name in reports and files.
-    pub const fn name(self) -> &'static str {
+    /// The demand that a state fails which refuses it.
+    const fn demand(self) -> &'static str {
         match self {
-            Self::Enable => "enable",
-            Self::Disable => "disable",
-            Self::Start => "start",
-            Self::MotionEnded => "motion-ended",
-            Self::Fail => "fail",
-            Self::Reset => "reset",
+            Self::Enable => "the axis must be disabled",
+            Self::Disable => "a fault has to be reset",
+            Self::Start => "the axis must be enabled or holding",
+            Self::MotionEnded => "the source of setpoints ends a motion while the axis is moving",
+            Self::Fail => "a check must have tripped",
+            Self::Reset => "there must be a fault",
         }
     }
 }
 
 /// A request that the state does not follow. The axis goes on as it was.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error(
+    "the event {} is refused in the state {}; {}",
+    .event.name(), .state.name(), .event.demand()
+)]
 pub struct Refused {
     /// The state, before and after.
     pub state: State,
     /// The refused event.
     pub event: Event,
 }
-
-impl fmt::Display for Refused {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (asked, now) = (self.event.name(), self.state.name());
-        let must = match self.event {
-            Event::Enable => "the axis must be disabled",
-            Event::Disable => "a fault has to be reset",
-            Event::Start => "the axis must be enabled or holding",
-            Event::MotionEnded => "the source of setpoints ends a motion while the axis is moving",
-            Event::Fail => "a check must have tripped",
-            Event::Reset => "there must be a fault",
-        };
-        write!(f, "the event {asked} is refused in the state {now}; {must}")
-    }
-}
-
-impl core::error::Error for Refused {}

@@ -169,11 +169,9 @@ impl<Places: Clone> Clone for Queue<Places> {
 /// written through that without `unsafe`. Its order is that of the ring's ends.
 #[derive(Debug)]
 struct Place {
-    position: AtomicI32,
-    velocity: AtomicI32,
-    acceleration: AtomicI32,
-    /// Feed-forward, where there is one: its upper and its lower word.
-    ahead: [AtomicI32; 2],
+    /// Position, velocity, acceleration, and of the feed-forward, where there is one, the
+    /// upper and the lower word.
+    words: [AtomicI32; 5],
     computed: AtomicBool,
     last: AtomicBool,
 }
@@ -181,10 +179,7 @@ struct Place {
 impl Place {
     const fn new() -> Self {
         Self {
-            position: AtomicI32::new(0),
-            velocity: AtomicI32::new(0),
-            acceleration: AtomicI32::new(0),
-            ahead: [const { AtomicI32::new(0) }; 2],
+            words: [const { AtomicI32::new(0) }; 5],
             computed: AtomicBool::new(false),
             last: AtomicBool::new(false),
         }
@@ -192,14 +187,17 @@ impl Place {
 
     fn store(&self, item: Streamed) {
         let setpoint = item.setpoint();
-        self.position.store(setpoint.position, Ordering::Relaxed);
-        self.velocity.store(setpoint.velocity, Ordering::Relaxed);
-        self.acceleration
-            .store(setpoint.acceleration, Ordering::Relaxed);
         let ahead = setpoint.ahead.unwrap_or_default().to_bits();
-        let [upper, lower] = &self.ahead;
-        upper.store(wide::upper(ahead), Ordering::Relaxed);
-        lower.store(wide::lower(ahead), Ordering::Relaxed);
+        let words = [
+            setpoint.position,
+            setpoint.velocity,
+            setpoint.acceleration,
+            wide::upper(ahead),
+            wide::lower(ahead),
+        ];
+        for (place, word) in self.words.iter().zip(words) {
+            place.store(word, Ordering::Relaxed);
+        }
         let computed = setpoint.ahead.is_some();
         self.computed.store(computed, Ordering::Relaxed);
         let last = matches!(item, Streamed::Last(_));
@@ -207,15 +205,14 @@ impl Place {
     }
 
     fn load(&self) -> Streamed {
-        let [upper, lower] = self
-            .ahead
-            .each_ref()
-            .map(|word| word.load(Ordering::Relaxed));
+        let words = self.words.each_ref();
+        let [position, velocity, acceleration, upper, lower] =
+            words.map(|word| word.load(Ordering::Relaxed));
         let ahead = Codes::from_bits(wide::joined(upper, lower));
         let setpoint = Setpoint {
-            position: self.position.load(Ordering::Relaxed),
-            velocity: self.velocity.load(Ordering::Relaxed),
-            acceleration: self.acceleration.load(Ordering::Relaxed),
+            position,
+            velocity,
+            acceleration,
             ahead: self.computed.load(Ordering::Relaxed).then_some(ahead),
         };
         if self.last.load(Ordering::Relaxed) {

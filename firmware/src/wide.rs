@@ -4,7 +4,8 @@
 //! # Conversions
 //!
 //! `From` and `TryFrom` cannot run in constants, and an image that is optimised for
-//! its bytes takes a word apart where bytes say the same. So this file alone has `as`.
+//! its bytes takes a word apart where bytes say the same. So this file has `as`, and
+//! besides it only the number of an enumeration's value.
 //!
 //! # Products
 //!

@@ -1,8 +1,8 @@
 //! Structures of C, what they are in Rust, and how a pointer to one is followed.
 
 use firmware::{
-    AxisOutput, Codes, Counts, Fault, FaultValues, Inputs, Next, Observed, Setpoint,
-    SetpointSource, State, Stretch,
+    AxisOutput, Codes, Counts, Fault, Inputs, Next, Observed, Setpoint, SetpointSource, State,
+    Stretch,
 };
 
 /// Readings of the hardware at one sample.
@@ -155,22 +155,15 @@ pub struct servo_fault {
 
 impl From<&Fault> for servo_fault {
     fn from(fault: &Fault) -> Self {
-        let FaultValues {
-            setpoint,
-            position,
-            error,
-            code,
-            measured,
-            limit,
-        } = fault.values;
+        let values = &fault.values;
         Self {
             tick: fault.tick,
-            measured,
-            limit,
-            setpoint,
-            position,
-            error_counts: error,
-            code,
+            measured: values.measured,
+            limit: values.limit,
+            setpoint: values.setpoint,
+            position: values.position,
+            error_counts: values.error,
+            code: values.code,
             cause: fault.cause as u32,
         }
     }

@@ -338,7 +338,7 @@ impl Sample {
             output.code.cast_unsigned(),
             output.error_counts.cast_unsigned(),
         ]);
-        to.put(state_number(output.state));
+        to.put(output.state.number());
         to.put(
             self.refused.bits()
                 | flag(POWER, output.power)
@@ -351,7 +351,7 @@ impl Sample {
             let [a, b] = halves(fault.tick.cast_signed());
             let [g, h] = halves(values.measured);
             let [i, j] = halves(values.limit);
-            to.put(cause_number(fault.cause));
+            to.put(fault.cause.number());
             to.words(&[
                 a,
                 b,
@@ -365,31 +365,5 @@ impl Sample {
                 j,
             ]);
         }
-    }
-}
-
-/// Place of a state in [`State::ALL`].
-const fn state_number(state: State) -> u8 {
-    match state {
-        State::Disabled => 0,
-        State::Enabled => 1,
-        State::Moving => 2,
-        State::Holding => 3,
-        State::Fault => 4,
-    }
-}
-
-/// Place of a cause in [`FaultCause::ALL`].
-const fn cause_number(cause: FaultCause) -> u8 {
-    match cause {
-        FaultCause::EmergencyStop => 0,
-        FaultCause::HardwareBus => 1,
-        FaultCause::MissedTick => 2,
-        FaultCause::EncoderGlitch => 3,
-        FaultCause::EncoderLoss => 4,
-        FaultCause::SetpointUnderrun => 5,
-        FaultCause::FollowingError => 6,
-        // That of the last one: saturation too long.
-        _ => 7,
     }
 }

@@ -246,13 +246,8 @@ impl Step {
 
 fn write_setpoint(to: &mut Frame, kind: u8, setpoint: &Setpoint) {
     to.put(kind);
-    let Setpoint {
-        position,
-        velocity,
-        acceleration,
-        ..
-    } = *setpoint;
-    to.words(&[position, velocity, acceleration].map(i32::cast_unsigned));
+    let rated = [setpoint.position, setpoint.velocity, setpoint.acceleration];
+    to.words(&rated.map(i32::cast_unsigned));
     to.put(u8::from(setpoint.ahead.is_some()));
     if let Some(ahead) = setpoint.ahead {
         to.words(&halves(ahead.to_bits()));

@@ -157,7 +157,10 @@ impl AxisState {
         // Of a sample that has tripped the law takes nothing.
         let taken = match self.tripped {
             true => 0,
-            false => self.law.held_movement(&self.settings, moved),
+            false => {
+                let left_range = &mut self.law.left_range;
+                self.settings.held_movement::<false>(moved, left_range)
+            }
         };
         (moved, taken)
     }
@@ -183,7 +186,8 @@ impl AxisState {
             self.fail();
             return None;
         }
-        let e = self.law.held_error(&self.settings, self.error);
+        let left_range = &mut self.law.left_range;
+        let e = self.settings.held_error::<false>(self.error, left_range);
         let begin = core::mem::take(&mut self.begin);
         if begin != Begin::GoingOn {
             let sizes = self.settings.near().wrapping_add(1);

@@ -3,14 +3,12 @@
 use core::mem::offset_of;
 
 use super::{Axis, Feedback};
-use crate::backlash_compensation::{BacklashCompensation, HALF_GAP_MAX, Trigger};
+use crate::backlash_compensation::{HALF_GAP_MAX, Trigger};
 use crate::law::{FilterWords, words::LARGEST_RATE};
 use crate::monitor::FollowingErrorMonitor;
 use crate::output::{Output, Quantiser};
-use crate::position::CounterParameters;
 use crate::settings::{MOST, Ranges, Settings, Unfit, Words};
 use crate::wide;
-use crate::word::GainWord;
 
 /// Place of a word by its name.
 macro_rules! place {
@@ -29,67 +27,47 @@ macro_rules! unfit {
 impl Settings {
     /// The settings of an axis.
     pub const fn of(axis: &Axis) -> Self {
-        let (law, output) = (axis.law(), axis.output());
-        let [quantiser, dither_seed] = match output.quantiser() {
-            Quantiser::Nearest => [0, 0],
-            Quantiser::ErrorFeedback => [1, 0],
-            Quantiser::Dither { seed } => [2, seed],
-        };
-        let (of_load, load) = match axis.feedback {
-            Feedback::Motor => (0, CounterParameters::WORD),
-            Feedback::Load(counter) => (1, counter),
-        };
-        let monitors = &axis.monitors;
-        let (following, lag, velocity_bits) = match monitors.following_error {
-            Some(monitor) => {
-                let (counts, lag) = monitor.limits();
-                (counts, lag, wide::byte(monitor.velocity_fraction_bits()))
-            }
-            None => (u32::MAX, GainWord::new(0, 0), 0),
-        };
-        let (loss_codes, loss_samples) = match monitors.encoder_loss {
-            Some(monitor) => monitor.limits(),
-            None => (u32::MAX, u32::MAX),
-        };
-        let [
-            half_gap,
-            half_samples,
-            first_low,
-            first_high,
-            by_acceleration,
-        ] = match axis.backlash_compensation {
-            Some(plan) => plan.words(),
-            None => [0; 5],
-        };
-        Self {
-            slew_codes: output.slew(),
-            quantiser,
-            dither_seed,
-            counter_bits: wide::byte(axis.counter.bits()),
-            largest_jump_counts: or_none(axis.counter.largest_jump()),
-            feedback_of_load: of_load,
-            load_counter_bits: wide::byte(load.bits()),
-            load_largest_jump_counts: or_none(load.largest_jump()),
-            following_error_counts: following,
-            lag_mantissa: lag.mantissa.cast_unsigned(),
-            lag_fraction_bits: wide::byte(lag.fraction_bits),
-            velocity_fraction_bits: velocity_bits,
-            encoder_loss_codes: loss_codes,
-            encoder_loss_samples: loss_samples,
-            saturation_samples: match monitors.saturation {
-                Some(monitor) => monitor.limit(),
-                None => u32::MAX,
-            },
-            watches_ticks: flag(monitors.ticks.is_some()),
-            dead_band_counts: axis.rest.dead_band,
-            hold_integral: flag(axis.rest.hold_integral),
-            half_gap_counts: half_gap,
-            crossing_half_samples: half_samples,
-            crossing_first_low: first_low,
-            crossing_first_high: first_high,
-            flank_of_acceleration: by_acceleration,
-            ..Self::from_words(law.settings.0)
+        let (output, monitors) = (axis.output(), &axis.monitors);
+        // Of an accepted law, in which everything else is off.
+        let mut words = Self::from_words(axis.law().settings.0);
+        words.slew_codes = output.slew();
+        match output.quantiser() {
+            Quantiser::Nearest => {}
+            Quantiser::ErrorFeedback => words.quantiser = 1,
+            Quantiser::Dither { seed } => (words.quantiser, words.dither_seed) = (2, seed),
         }
+        words.counter_bits = wide::byte(axis.counter.bits());
+        words.largest_jump_counts = or_none(axis.counter.largest_jump());
+        if let Feedback::Load(counter) = axis.feedback {
+            words.feedback_of_load = 1;
+            words.load_counter_bits = wide::byte(counter.bits());
+            words.load_largest_jump_counts = or_none(counter.largest_jump());
+        }
+        if let Some(monitor) = monitors.following_error {
+            let (counts, lag) = monitor.limits();
+            words.following_error_counts = counts;
+            words.lag_mantissa = lag.mantissa.cast_unsigned();
+            words.lag_fraction_bits = wide::byte(lag.fraction_bits);
+            words.velocity_fraction_bits = wide::byte(monitor.velocity_fraction_bits());
+        }
+        if let Some(monitor) = monitors.encoder_loss {
+            (words.encoder_loss_codes, words.encoder_loss_samples) = monitor.limits();
+        }
+        if let Some(monitor) = monitors.saturation {
+            words.saturation_samples = monitor.limit();
+        }
+        words.watches_ticks = flag(monitors.ticks.is_some());
+        words.dead_band_counts = axis.rest.dead_band;
+        words.hold_integral = flag(axis.rest.hold_integral);
+        if let Some(plan) = axis.backlash_compensation {
+            let first = plan.first().to_bits();
+            words.half_gap_counts = plan.half_gap_counts();
+            words.crossing_half_samples = plan.samples().wrapping_shr(1);
+            words.crossing_first_low = wide::lower(first).cast_unsigned();
+            words.crossing_first_high = wide::upper(first).cast_unsigned();
+            words.flank_of_acceleration = flag(matches!(plan.trigger(), Trigger::Acceleration));
+        }
+        words
     }
 
     /// Checks each word against its range, and all terms together.
@@ -195,16 +173,3 @@ const _: () = assert!(
         && Output::SLEW_MOST == 1 << 24
         && HALF_GAP_MAX == 1 << 24
 );
-
-impl BacklashCompensation {
-    const fn words(&self) -> [u32; 5] {
-        let first = self.first().to_bits();
-        [
-            self.half_gap_counts(),
-            self.samples().wrapping_shr(1),
-            wide::lower(first).cast_unsigned(),
-            wide::upper(first).cast_unsigned(),
-            flag(matches!(self.trigger(), Trigger::Acceleration)),
-        ]
-    }
-}

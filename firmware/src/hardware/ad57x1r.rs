@@ -66,9 +66,8 @@
 //! width, with every voltage wrong by a power of two. The caller switches off
 //! on every error, see [`crate::hardware`].
 
-use core::fmt;
-
 use embedded_hal::spi::SpiDevice;
+use thiserror::Error;
 
 /// Commands: bits 19 to 16 of a frame.
 mod command {
@@ -243,13 +242,18 @@ impl<SPI: SpiDevice> Ad57x1r<SPI> {
 }
 
 /// Reason for which the converter cannot be used, or not with this code.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Ad57x1rError<E> {
     /// The transfer failed; it may pass.
+    #[error("the transfer to the converter failed: {0:?}")]
     Bus(E),
     /// The answer to a read-back belongs to another command: another chip, a
     /// swapped or broken line, the wrong SPI mode.
+    #[error(
+        "the converter answered {frame:02x?} to the command {command:#x}; \
+         an answer must repeat the command"
+    )]
     Answer {
         /// The command sent.
         command: u8,
@@ -258,6 +262,10 @@ pub enum Ad57x1rError<E> {
     },
     /// The control register does not read back as written: the chip has met a
     /// short circuit or a brown-out, has lost its supply, or was never set.
+    #[error(
+        "the converter's control register was set to {written:#06x} and reads {read:#06x}; \
+         the chip must answer as written, without short circuit (bit 12) or brown-out (bit 11)"
+    )]
     Control {
         /// The word written.
         written: u16,
@@ -265,12 +273,19 @@ pub enum Ad57x1rError<E> {
         read: u16,
     },
     /// The DAC register does not read back the code 0.
+    #[error(
+        "the converter was set to the code 0 and reads {code}; the chip must answer as written"
+    )]
     NotAtZero {
         /// The code read back.
         code: i32,
     },
     /// The converter has no such code. Nothing was sent; with a code in range
     /// the chip goes on.
+    #[error(
+        "the code {code} does not fit a converter of {bits} bits; \
+         controller and converter must have the same number of bits"
+    )]
     CodeOutOfRange {
         /// The code given.
         code: i32,
@@ -278,34 +293,3 @@ pub enum Ad57x1rError<E> {
         bits: u32,
     },
 }
-
-impl<E: fmt::Debug> fmt::Display for Ad57x1rError<E> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Bus(error) => write!(f, "the transfer to the converter failed: {error:?}"),
-            Self::Answer { command, frame } => write!(
-                f,
-                "the converter answered {frame:02x?} to the command {command:#x}; \
-                 an answer must repeat the command"
-            ),
-            Self::Control { written, read } => write!(
-                f,
-                "the converter's control register was set to {written:#06x} and reads {read:#06x}; \
-                 the chip must answer as written, without short circuit (bit 12) \
-                 or brown-out (bit 11)"
-            ),
-            Self::NotAtZero { code } => write!(
-                f,
-                "the converter was set to the code 0 and reads {code}; \
-                 the chip must answer as written"
-            ),
-            Self::CodeOutOfRange { code, bits } => write!(
-                f,
-                "the code {code} does not fit a converter of {bits} bits; \
-                 controller and converter must have the same number of bits"
-            ),
-        }
-    }
-}
-
-impl<E: fmt::Debug> core::error::Error for Ad57x1rError<E> {}

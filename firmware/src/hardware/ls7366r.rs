@@ -46,9 +46,8 @@
 //! numbers. Count and status are 7 bytes a sample (5 with two-byte counts): 14 µs
 //! at 4 MHz.
 
-use core::fmt;
-
 use embedded_hal::spi::SpiDevice;
+use thiserror::Error;
 
 /// Instructions: B7 B6 what, B5 B4 B3 with which register.
 mod instruction {
@@ -247,13 +246,18 @@ impl<SPI: SpiDevice> Ls7366r<SPI> {
 
 /// Reason for which the counter cannot be used. A [`Ls7366rError::Bus`] may pass; after the
 /// others the count is worthless until [`Ls7366r::initialise`] succeeds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Ls7366rError<E> {
     /// The transfer failed.
+    #[error("the transfer to the counter failed: {0:?}")]
     Bus(E),
     /// A mode register does not read back as written: another chip, a swapped
     /// or broken line, the wrong SPI mode.
+    #[error(
+        "the counter's {register} was set to {written:#04x} and reads {read:#04x}; \
+         the chip must answer as written"
+    )]
     ModeRegister {
         /// The register, MDR0 or MDR1.
         register: &'static str,
@@ -263,43 +267,22 @@ pub enum Ls7366rError<E> {
         read: u8,
     },
     /// The mode is right, but the chip does not count.
+    #[error(
+        "the counter is not counting (status {:#04x}); its enable pin must be high",
+        .status.bits()
+    )]
     NotCounting {
         /// The status read.
         status: Ls7366rStatus,
     },
     /// The chip has been without power, and with it count and mode.
+    #[error(
+        "the counter has lost its supply (status {:#04x}); \
+         it must be initialised and the axis be referenced again",
+        .status.bits()
+    )]
     PowerLost {
         /// The status read.
         status: Ls7366rStatus,
     },
 }
-
-impl<E: fmt::Debug> fmt::Display for Ls7366rError<E> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Bus(error) => write!(f, "the transfer to the counter failed: {error:?}"),
-            Self::ModeRegister {
-                register,
-                written,
-                read,
-            } => write!(
-                f,
-                "the counter's {register} was set to {written:#04x} and reads {read:#04x}; \
-                 the chip must answer as written"
-            ),
-            Self::NotCounting { status } => write!(
-                f,
-                "the counter is not counting (status {:#04x}); its enable pin must be high",
-                status.bits()
-            ),
-            Self::PowerLost { status } => write!(
-                f,
-                "the counter has lost its supply (status {:#04x}); \
-                 it must be initialised and the axis be referenced again",
-                status.bits()
-            ),
-        }
-    }
-}
-
-impl<E: fmt::Debug> core::error::Error for Ls7366rError<E> {}

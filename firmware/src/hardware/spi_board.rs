@@ -18,10 +18,9 @@
 //! supply with a pull-down resistor is asserted at [`PinState::Low`]. Either
 //! way a broken wire is an emergency stop.
 
-use core::fmt::{self, Debug};
-
 use embedded_hal::digital::{InputPin, OutputPin, PinState};
 use embedded_hal::spi::SpiDevice;
+use thiserror::Error;
 
 use super::Board;
 use super::ad57x1r::{Ad57x1r, Ad57x1rError};
@@ -111,28 +110,19 @@ where
 }
 
 /// Part that failed, with its own error. The caller switches off.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum SpiBoardError<Counter, Converter, EnablePin, StopPin> {
     /// The encoder's counter.
+    #[error("{0}")]
     Counter(Ls7366rError<Counter>),
     /// The D/A converter.
+    #[error("{0}")]
     Converter(Ad57x1rError<Converter>),
     /// The power stage's enable line.
+    #[error("the enable line could not be set: {0:?}")]
     Enable(EnablePin),
     /// The emergency stop's line.
+    #[error("the emergency stop could not be read: {0:?}")]
     EmergencyStop(StopPin),
 }
-
-impl<C: Debug, D: Debug, E: Debug, S: Debug> fmt::Display for SpiBoardError<C, D, E, S> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Counter(e) => write!(f, "{e}"),
-            Self::Converter(e) => write!(f, "{e}"),
-            Self::Enable(e) => write!(f, "the enable line could not be set: {e:?}"),
-            Self::EmergencyStop(e) => write!(f, "the emergency stop could not be read: {e:?}"),
-        }
-    }
-}
-
-impl<C: Debug, D: Debug, E: Debug, S: Debug> core::error::Error for SpiBoardError<C, D, E, S> {}

@@ -1,10 +1,10 @@
 //! Acceptance: the demands of [`super::words`], computed. It can run while the
 //! image is compiled, so that a constant law is accepted or refused there.
 
+use super::Law;
 use super::filter::FilterWords;
 use super::term::{FRACTION_BITS, Term};
 use super::words::{AntiWindup, Derivative, LARGEST_RATE, LawWords};
-use super::{Largest, Law};
 use crate::counts::ErrorRange;
 use crate::dac::Dac;
 use crate::refusal::{Refusal, What, accepted};
@@ -46,42 +46,32 @@ impl LawWords {
         let ki_dt = accepted!(self.term(Part::Integral, self.ki_dt, errors, 0));
         let velocity = accepted!(self.rate(Part::Velocity, self.velocity_ff));
         let acceleration = accepted!(self.rate(Part::Acceleration, self.acceleration_ff));
-        let friction_term = accepted!(self.term(Part::Friction, self.friction_ff, 1, 5));
-        let friction = friction_term.largest(1);
+        let friction = accepted!(self.term(Part::Friction, self.friction_ff, 1, 5));
 
         // Everything but the derivative and the integral
         let code_range = codes(dac.min_code().unsigned_abs());
         let integral_range = codes(1_u32.wrapping_shl(wide::byte(self.integral_bits)));
-        let mut largest = Largest {
-            proportional: kp.largest(errors),
-            integral: ki_dt.largest(errors),
-            derivative: 0,
-            velocity: velocity.largest(LARGEST_RATE),
-            acceleration: acceleration.largest(LARGEST_RATE),
-            headroom_bits: 0,
-        };
-        let direct = total(&[
-            largest.proportional,
-            largest.velocity,
-            largest.acceleration,
-            friction,
+        let feed_forward = total(&[
+            velocity.largest(LARGEST_RATE),
+            acceleration.largest(LARGEST_RATE),
+            friction.largest(1),
         ]);
+        let direct = total(&[kp.largest(errors), feed_forward]);
 
         // D                                        (Kd/Δt)·D ≥ the rest, ≤ 2·E
         let rest = total(&[direct, integral_range, code_range, code_range]);
         let difference_limit = accepted!(self.difference_limit(errors, rest));
         let outweighs = self.filter.is_none() && difference_limit < errors.saturating_mul(2);
         let (kd_per_dt, limit) = accepted!(self.derivative_term(difference_limit));
-        largest.derivative = kd_per_dt.largest(limit);
+        let [derivative, one_step] = [kd_per_dt.largest(limit), ki_dt.largest(errors)];
 
         // T + R ≤ 2^30 codes
-        let all = total(&[direct, largest.derivative, largest.integral, code_range]);
+        let all = total(&[direct, derivative, one_step, code_range]);
         if all > codes(MOST_CODES) {
             let needed = wide::held(whole_codes(all));
             let allowed = [0, wide::unsigned(MOST_CODES)];
             return Err(Refusal::new(What::Terms, needed, allowed));
         }
-        largest.headroom_bits = all.leading_zeros().saturating_sub(1);
 
         let error_sum_limit = self.error_sum_limit(integral_range);
         let wanted = wide::word(errors).saturating_mul(1 << 8);
@@ -89,31 +79,16 @@ impl LawWords {
             let (reached, wanted) = (error_sum_limit.cast_signed(), wanted.cast_signed());
             return Err(Refusal::new(What::ErrorSum, reached, [wanted, i64::MAX]));
         }
-        if let AntiWindup::BackCalculation { tracking } = self.anti_windup {
-            accepted!(What::Tracking.within(wide::signed(tracking), WORD));
-        }
         // (Ki·Δt)·S, which is at most Q
         let told = match ki_dt.largest(1) {
             0 => integral_range,
             one_error => one_error.saturating_mul(error_sum_limit),
         };
-        let [smoothing, filter_scale] = match self.filter {
-            Some(filter) => [
-                filter.smoothing.cast_unsigned(),
-                1_u32.wrapping_shl(wide::byte(filter.fraction_bits)),
-            ],
-            None => [0, 1],
-        };
-        let [anti_windup, tracking] = match self.anti_windup {
-            AntiWindup::None => [0, 0],
-            AntiWindup::Clamp => [1, 0],
-            AntiWindup::BackCalculation { tracking } => [2, tracking.cast_unsigned()],
-        };
         // What 2^30 codes leave beside the other terms.
         let ahead_limit = codes(MOST_CODES)
             .saturating_sub(all)
-            .saturating_add(total(&[largest.velocity, largest.acceleration, friction]));
-        let settings = Settings {
+            .saturating_add(feed_forward);
+        let mut settings = Settings {
             error_limit_counts: errors,
             difference_limit_counts: difference_limit,
             derivative_of_measurement: match self.derivative {
@@ -121,24 +96,32 @@ impl LawWords {
                 Derivative::Measurement => 1,
             },
             difference_is_declared: if outweighs { 0 } else { 1 },
-            filter_smoothing: smoothing,
-            filter_scale,
             ahead_limit_codes: wide::upper(wide::held(ahead_limit)).cast_unsigned(),
-            anti_windup,
-            tracking,
             // The first whole number of codes beyond.
             integral_range_codes: wide::upper(wide::held(told))
                 .wrapping_add(1)
                 .cast_unsigned(),
             dac_bits: dac.bits(),
-            ..Settings::of_terms([kp, ki_dt, kd_per_dt, velocity, acceleration, friction_term])
+            ..Settings::of_terms([kp, ki_dt, kd_per_dt, velocity, acceleration, friction])
         };
+        if let Some(filter) = self.filter {
+            settings.filter_smoothing = filter.smoothing.cast_unsigned();
+            settings.filter_scale = 1_u32.wrapping_shl(wide::byte(filter.fraction_bits));
+        }
+        match self.anti_windup {
+            AntiWindup::None => {}
+            AntiWindup::Clamp => settings.anti_windup = 1,
+            AntiWindup::BackCalculation { tracking } => {
+                accepted!(What::Tracking.within(wide::signed(tracking), WORD));
+                (settings.anti_windup, settings.tracking) = (2, tracking.cast_unsigned());
+            }
+        }
         Ok(Law {
             settings: Words::of(&settings),
             words: *self,
             dac,
-            largest,
             error_sum_limit,
+            headroom_bits: all.leading_zeros().saturating_sub(1),
         })
     }
 

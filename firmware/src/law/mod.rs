@@ -58,6 +58,7 @@ pub use words::{AntiWindup, Derivative, LawWords};
 use crate::dac::{Codes, Dac, HALF};
 use crate::output::Output;
 use crate::settings::Words;
+use words::LARGEST_RATE;
 
 /// The law with accepted words. Immutable; its memory is [`LawState`].
 ///
@@ -129,19 +130,8 @@ pub struct Law {
     words: LawWords,
     /// The converter that the words were accepted for.
     dac: Dac,
-    largest: Largest,
     /// `S` \[counts\].
     error_sum_limit: u64,
-}
-
-/// Largest magnitudes of the terms over the declared ranges \[2^−32 codes\].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Largest {
-    proportional: u64,
-    integral: u64,
-    derivative: u64,
-    velocity: u64,
-    acceleration: u64,
     /// Bits left above the largest sum.
     headroom_bits: u32,
 }
@@ -182,19 +172,25 @@ impl Law {
     /// Largest magnitude of a term over the declared ranges \[2^−32 codes\]; of
     /// the integral, of one step of it.
     pub const fn largest_term(&self, part: Part) -> u64 {
-        match part {
-            Part::Proportional => self.largest.proportional,
-            Part::Integral => self.largest.integral,
-            Part::Derivative => self.largest.derivative,
-            Part::Velocity => self.largest.velocity,
-            Part::Acceleration => self.largest.acceleration,
-            Part::Friction => self.settings.friction_ff().largest(1),
+        let settings = &self.settings;
+        let mut differences = settings.difference_limit_counts();
+        if settings.filter_smoothing() != 0 {
+            // D·2^h + 1 units of a filtered difference.
+            differences = differences.wrapping_mul(settings.filter_scale());
+            differences = differences.wrapping_add(1);
         }
+        let limit = match part {
+            Part::Proportional | Part::Integral => settings.error_limit_counts(),
+            Part::Derivative => differences,
+            Part::Velocity | Part::Acceleration => LARGEST_RATE,
+            Part::Friction => 1,
+        };
+        settings.gain(part).largest(limit)
     }
 
     /// Bits that are left above the largest sum that the declared ranges allow.
     pub const fn headroom_bits(&self) -> u32 {
-        self.largest.headroom_bits
+        self.headroom_bits
     }
 }
 
@@ -262,7 +258,7 @@ pub struct LawState {
     /// What filter that is of, 0 without a memory ([`step`]).
     filter_of: u32,
     /// True if a declared range was left since this was last asked.
-    left_range: bool,
+    pub(crate) left_range: bool,
 }
 
 impl LawState {
@@ -335,16 +331,6 @@ impl LawState {
         self.code = 0;
         self.remainder = HALF;
         0
-    }
-
-    /// An error within its range \[counts\].
-    pub(crate) fn held_error(&mut self, settings: &Words, error: i32) -> i32 {
-        settings.held_error::<false>(error, &mut self.left_range)
-    }
-
-    /// A measured difference within its range \[counts\].
-    pub(crate) fn held_movement(&mut self, settings: &Words, moved: i32) -> i32 {
-        settings.held_movement::<false>(moved, &mut self.left_range)
     }
 
     /// Tells whether a declared range was left since this was last asked: an

@@ -8,6 +8,7 @@ use crate::dac::{Codes, HALF};
 use crate::output::Output;
 use crate::settings::Words;
 use crate::wide;
+use crate::word::Part;
 
 impl Law {
     /// One sample: the code for the errors and the motion of this sample, on the output
@@ -69,7 +70,7 @@ impl Law {
         let ki_dt = if input.hold_integral {
             Term::ZERO
         } else {
-            settings.ki_dt()
+            settings.gain(Part::Integral)
         };
         Inputs {
             e,
@@ -112,16 +113,10 @@ impl Words {
         state: &mut LawState,
         inputs: Inputs,
     ) -> Terms {
-        let Inputs {
-            e,
-            counted,
-            moved,
-            ahead,
-            ki_dt,
-        } = inputs;
+        let (e, counted) = (inputs.e, inputs.counted);
         // δ = e − e_prev  or  −(c − c_prev),  |δ| ≤ D                 [counts]
-        let difference =
-            self.difference::<CONSTANT>(state.previous_error, e, moved, &mut state.left_range);
+        let (before, left_range) = (state.previous_error, &mut state.left_range);
+        let difference = self.difference::<CONSTANT>(before, e, inputs.moved, left_range);
         state.previous_error = e;
         // δ, filtered where that is asked for                    [2^−h counts]
         let rate = if self.filter_smoothing() == 0 {
@@ -134,13 +129,14 @@ impl Words {
             0 => self.difference_limit_counts(),
             _ => FilterWords::LARGEST_DIFFERENCE,
         };
+        let (kp, kd_per_dt) = (self.gain(Part::Proportional), self.gain(Part::Derivative));
         // ρ + FF + Kp·e + (Kd/Δt)·δ                     eq. 23, 1st and 3rd term
         let direct = rounding
-            .wrapping_add(ahead)
-            .wrapping_add(term::<CONSTANT>(self.kp(), counted, errors))
-            .wrapping_add(term::<CONSTANT>(self.kd_per_dt(), rate, differences));
+            .wrapping_add(inputs.ahead)
+            .wrapping_add(term::<CONSTANT>(kp, counted, errors))
+            .wrapping_add(term::<CONSTANT>(kd_per_dt, rate, differences));
         // (Ki·Δt)·e
-        let step = term::<CONSTANT>(ki_dt, counted, errors);
+        let step = term::<CONSTANT>(inputs.ki_dt, counted, errors);
         Terms { direct, step }
     }
 
@@ -310,15 +306,10 @@ impl Words {
     /// `Kv·v + Ka·a + Kf·sign(v)` \[codes\]; of gains that may be constants of an image.
     #[inline(always)]
     pub(crate) fn feed_forward<const CONSTANT: bool>(&self, v: i32, a: i32) -> Codes {
-        let rates =
-            term::<CONSTANT>(self.velocity_ff(), rate(v), LARGEST_RATE).wrapping_add(term::<
-                CONSTANT,
-            >(
-                self.acceleration_ff(),
-                rate(a),
-                LARGEST_RATE,
-            ));
-        let friction = self.friction_ff().times(1);
+        let velocity = term::<CONSTANT>(self.gain(Part::Velocity), rate(v), LARGEST_RATE);
+        let acceleration = term::<CONSTANT>(self.gain(Part::Acceleration), rate(a), LARGEST_RATE);
+        let rates = velocity.wrapping_add(acceleration);
+        let friction = self.gain(Part::Friction).times(1);
         match v {
             0 => rates,
             1.. => rates.wrapping_add(friction),

@@ -22,7 +22,7 @@
 use crate::dac::Codes;
 use crate::settings::{Settings, Words};
 use crate::wide::{self, by_target};
-use crate::word::GainWord;
+use crate::word::{GainWord, Part};
 
 /// Fraction bits of a sum, and of a gain at most.
 pub(crate) const FRACTION_BITS: u8 = 32;
@@ -41,15 +41,6 @@ impl Term {
         mantissa: 0,
         scale: 1,
     };
-
-    /// The term of two words of settings.
-    #[inline(always)]
-    pub(crate) const fn of(mantissa: u32, scale: u32) -> Self {
-        Self {
-            mantissa: mantissa.cast_signed(),
-            scale: scale.cast_signed(),
-        }
-    }
 
     /// The term of `word` for integers `|x| ≤ limit`, or `None` where the word
     /// is negative, is finer than the sum, or a factor needs more than 31 bits.
@@ -149,37 +140,24 @@ impl Settings {
 }
 
 impl Words {
+    /// The gain of a part of the law.
     #[inline(always)]
-    pub(crate) const fn kp(&self) -> Term {
-        Term::of(self.kp_mantissa(), self.kp_scale())
-    }
-
-    #[inline(always)]
-    pub(crate) const fn ki_dt(&self) -> Term {
-        Term::of(self.ki_dt_mantissa(), self.ki_dt_scale())
-    }
-
-    #[inline(always)]
-    pub(crate) const fn kd_per_dt(&self) -> Term {
-        Term::of(self.kd_per_dt_mantissa(), self.kd_per_dt_scale())
-    }
-
-    #[inline(always)]
-    pub(crate) const fn velocity_ff(&self) -> Term {
-        Term::of(self.velocity_ff_mantissa(), self.velocity_ff_scale())
-    }
-
-    #[inline(always)]
-    pub(crate) const fn acceleration_ff(&self) -> Term {
-        Term::of(
-            self.acceleration_ff_mantissa(),
-            self.acceleration_ff_scale(),
-        )
-    }
-
-    #[inline(always)]
-    pub(crate) const fn friction_ff(&self) -> Term {
-        Term::of(self.friction_ff_mantissa(), self.friction_ff_scale())
+    pub(crate) const fn gain(&self, part: Part) -> Term {
+        let [mantissa, scale] = match part {
+            Part::Proportional => [self.kp_mantissa(), self.kp_scale()],
+            Part::Integral => [self.ki_dt_mantissa(), self.ki_dt_scale()],
+            Part::Derivative => [self.kd_per_dt_mantissa(), self.kd_per_dt_scale()],
+            Part::Velocity => [self.velocity_ff_mantissa(), self.velocity_ff_scale()],
+            Part::Acceleration => [
+                self.acceleration_ff_mantissa(),
+                self.acceleration_ff_scale(),
+            ],
+            Part::Friction => [self.friction_ff_mantissa(), self.friction_ff_scale()],
+        };
+        Term {
+            mantissa: mantissa.cast_signed(),
+            scale: scale.cast_signed(),
+        }
     }
 }
 

@@ -42,7 +42,7 @@ impl MotionPlan {
             travel,
             intervals_ps,
             period_ns,
-            head: PlanHead::NONE,
+            head: PlanHead::default(),
         };
         let mut planner = Planner::NONE;
         plan.again(&mut planner)?;

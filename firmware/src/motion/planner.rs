@@ -51,17 +51,6 @@ pub struct PlanHead {
     pub acceleration_fraction_bits: u8,
 }
 
-impl PlanHead {
-    /// No motion.
-    pub(super) const NONE: Self = Self {
-        sign: 0,
-        end: 0,
-        last_sample: 0,
-        velocity_fraction_bits: 0,
-        acceleration_fraction_bits: 0,
-    };
-}
-
 /// Plans a motion and gives its stretches, in 2.3 KiB of memory.
 ///
 /// ```

@@ -88,41 +88,34 @@ const ENCODER_LOSS: (u32, u32) = (3_277, 50);
 /// Samples.
 const SATURATION_SAMPLES: u32 = 100;
 
-/// The axis. A word or a limit that the firmware refuses ends the build.
+/// Takes what was accepted; a refusal of `what` ends the build, since the axis is a constant.
 #[allow(
     clippy::panic,
     reason = "in constant evaluation, where it ends the build"
 )]
+const fn accepted<T: Copy>(result: Result<T, Refusal>, what: &'static str) -> T {
+    match result {
+        Ok(accepted) => accepted,
+        Err(_) => panic!("{}", what),
+    }
+}
+
+/// The axis. A word or a limit that the firmware refuses ends the build.
 pub const AXIS: Axis = {
-    let Ok(dac) = Dac::with_bits(DAC_BITS) else {
-        panic!("bits of the converter")
-    };
-    let Ok(law) = Law::accept(WORDS, dac) else {
-        panic!("words of the law")
-    };
-    let Ok(output) = Output::new(dac, None, Quantiser::Nearest) else {
-        panic!("slew limit")
-    };
+    let dac = accepted(Dac::with_bits(DAC_BITS), "bits of the converter");
+    let law = accepted(Law::accept(WORDS, dac), "words of the law");
+    let output = accepted(Output::new(dac, None, Quantiser::Nearest), "slew limit");
     let mut axis = Axis::new(law, output);
-    let Ok(counter) = CounterParameters::accept(32, Some(LARGEST_JUMP_COUNTS)) else {
-        panic!("largest jump")
-    };
-    axis.counter = counter;
+    let counter = CounterParameters::accept(32, Some(LARGEST_JUMP_COUNTS));
+    axis.counter = accepted(counter, "largest jump");
     let at_any_speed = GainWord::new(0, 0);
-    let Ok(following) = FollowingErrorMonitor::accept(FOLLOWING_ERROR_COUNTS, at_any_speed, 0)
-    else {
-        panic!("following error")
-    };
+    let following = FollowingErrorMonitor::accept(FOLLOWING_ERROR_COUNTS, at_any_speed, 0);
+    axis.monitors.following_error = Some(accepted(following, "following error"));
     let (codes, samples) = ENCODER_LOSS;
-    let Ok(loss) = EncoderLossMonitor::accept(codes, samples) else {
-        panic!("encoder loss")
-    };
-    let Ok(saturation) = SaturationMonitor::accept(SATURATION_SAMPLES) else {
-        panic!("saturation")
-    };
-    axis.monitors.following_error = Some(following);
-    axis.monitors.encoder_loss = Some(loss);
-    axis.monitors.saturation = Some(saturation);
+    let loss = EncoderLossMonitor::accept(codes, samples);
+    axis.monitors.encoder_loss = Some(accepted(loss, "encoder loss"));
+    let saturation = SaturationMonitor::accept(SATURATION_SAMPLES);
+    axis.monitors.saturation = Some(accepted(saturation, "saturation"));
     axis.monitors.ticks = Some(TickMonitor);
     axis
 };

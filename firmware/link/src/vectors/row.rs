@@ -192,77 +192,55 @@ impl<'a> Columns<'a> {
 
 impl fmt::Display for Given<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Inputs {
-            tick,
-            motor_register,
-            load_register,
-            emergency_stop,
-            failed_transfers,
-        } = self.inputs;
+        let inputs = &self.inputs;
+        let (tick, motor_register) = (inputs.tick, inputs.motor_register);
         write!(f, "{} {tick} {motor_register} ", self.requests)?;
-        match load_register {
+        match inputs.load_register {
             Some(register) => write!(f, "{register}")?,
             None => f.write_str("-")?,
         }
-        write!(f, " {} {failed_transfers} ", u8::from(emergency_stop))?;
+        let (stop, failed_transfers) = (u8::from(inputs.emergency_stop), inputs.failed_transfers);
+        write!(f, " {stop} {failed_transfers} ")?;
         let (kind, setpoint) = match self.next {
             Next::Setpoint(setpoint) => ("next", setpoint),
             Next::Last(setpoint) => ("last", setpoint),
             Next::Underrun => return f.write_str("none"),
             Next::Stretch(stretch) => {
                 f.write_str("stretch")?;
-                let words = stretch.to_words();
-                return words.iter().try_for_each(|word| write!(f, " {word}"));
+                return numbers(f, &stretch.to_words());
             }
         };
-        let Setpoint {
-            position,
-            velocity,
-            acceleration,
-            ahead,
-        } = setpoint;
         // The end of a motion has none.
-        let ahead = ahead.filter(|_| kind == "next");
-        let kind = if ahead.is_some() { "ahead" } else { kind };
-        write!(f, "{kind} {position} {velocity} {acceleration}")?;
-        match ahead {
-            Some(ahead) => write!(f, " {}", ahead.to_bits()),
-            None => Ok(()),
-        }
+        let ahead = setpoint.ahead.filter(|_| kind == "next");
+        f.write_str(if ahead.is_some() { "ahead" } else { kind })?;
+        let rated = [setpoint.position, setpoint.velocity, setpoint.acceleration];
+        numbers(f, &rated)?;
+        ahead.map_or(Ok(()), |ahead| numbers(f, &[ahead.to_bits()]))
     }
 }
 
 impl fmt::Display for Wanted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let AxisOutput {
-            code,
-            error_counts,
-            state,
-            power,
-            out_of_range,
-        } = self.output;
-        let (power, range) = (u8::from(power), u8::from(out_of_range));
-        write!(f, "{code} {error_counts} {} {power} {range} ", state.name())?;
+        let output = &self.output;
+        let (code, error, state) = (output.code, output.error_counts, output.state.name());
+        let [power, range] = [output.power, output.out_of_range].map(u8::from);
+        write!(f, "{code} {error} {state} {power} {range} ")?;
         let Some(Fault {
             cause,
             tick,
             values,
-        }) = self.fault
+        }) = &self.fault
         else {
             return f.write_str("-");
         };
-        let FaultValues {
-            setpoint,
-            position,
-            error,
-            code,
-            measured,
-            limit,
-        } = values;
-        write!(
-            f,
-            "{} {tick} {setpoint} {position} {error} {code} {measured} {limit}",
-            cause.name()
-        )
+        write!(f, "{} {tick}", cause.name())?;
+        let of_sample = [values.setpoint, values.position, values.error, values.code];
+        numbers(f, &of_sample)?;
+        numbers(f, &[values.measured, values.limit])
     }
+}
+
+/// Writes columns of numbers, each behind a space.
+fn numbers(f: &mut fmt::Formatter<'_>, numbers: &[impl fmt::Display]) -> fmt::Result {
+    numbers.iter().try_for_each(|number| write!(f, " {number}"))
 }

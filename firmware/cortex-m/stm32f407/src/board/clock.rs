@@ -101,14 +101,8 @@ fn run_from_crystal(rcc: &RCC, flash: &FLASH) -> bool {
     // RM 3.5.1, table 10: 5 wait states at 168 MHz and 2.7 V to 3.6 V; the caches
     // hide most of them. The new number holds when it is read back.
     flash.acr().write(|w| {
-        w.latency()
-            .ws5()
-            .prften()
-            .enabled()
-            .icen()
-            .enabled()
-            .dcen()
-            .enabled()
+        w.latency().ws5().prften().enabled();
+        w.icen().enabled().dcen().enabled()
     });
     if !soon(TRIES, || flash.acr().read().latency().is_ws5()) {
         return false;

@@ -66,14 +66,8 @@ impl Encoder {
         // takes a level that lasts 8 clocks (RM 18.4.7): 95 ns at 84 MHz, a
         // thirtieth of a count at the motor's full speed.
         timer.ccmr1_input().write(|w| {
-            w.cc1s()
-                .ti1()
-                .ic1f()
-                .fck_int_n8()
-                .cc2s()
-                .ti2()
-                .ic2f()
-                .fck_int_n8()
+            w.cc1s().ti1().ic1f().fck_int_n8();
+            w.cc2s().ti2().ic2f().fck_int_n8()
         });
         timer.smcr().write(|w| w.sms().encoder_mode_3());
         // Through all 32 bits.
@@ -145,14 +139,8 @@ impl Bus {
         // RM 28.5.1. With SSM and SSI the chip is the only master.
         spi.cr1().write(|w| {
             w.cpol().idle_low().cpha().second_edge();
-            w.mstr()
-                .master()
-                .br()
-                .div8()
-                .ssm()
-                .enabled()
-                .ssi()
-                .slave_not_selected();
+            w.mstr().master().br().div8();
+            w.ssm().enabled().ssi().slave_not_selected();
             w.spe().enabled()
         });
         Self { spi, port }

@@ -50,13 +50,8 @@ fn converter(port: &GPIOB) {
     port.afrh()
         .modify(|_, w| w.afrh13().af5().afrh14().af5().afrh15().af5());
     port.moder().modify(|_, w| {
-        w.moder12().output();
-        w.moder13()
-            .alternate()
-            .moder14()
-            .alternate()
-            .moder15()
-            .alternate()
+        w.moder12().output().moder13().alternate();
+        w.moder14().alternate().moder15().alternate()
     });
 }
 
