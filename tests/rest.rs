@@ -220,7 +220,7 @@ fn feeding(case: &Case) -> String {
             (other.without, figures.rest_ripple_um)
         })
         .collect();
-    let fed = fed_by(amplitude_um, &results).to_string();
+    let fed = fed_by(amplitude_um, &results);
     println!("{amplitude_um:.3} µm, without one each {results:?}: fed by {fed}");
     fed
 }

@@ -353,12 +353,11 @@ impl EndOfRun<'_> {
         let resistance_ohm = case.axis.motor.resistance_ohm;
         let peak_abs_acc_mps2 = extremes.peak_abs_acceleration_mps2;
         let seen = &self.rows.seen;
-        let ripple = seen.ripple();
-        let rest_error = seen.rest_error();
+        let (rest, ripple) = (seen.rest, seen.rest.map(|rest| rest.ripple));
         let (axis, period_ns) = (self.axis, case.controller.sample_time_ns);
         // From this rung on codes and counts are whole numbers.
         let whole_numbers = case.controller.law >= Law::Quantised;
-        let at_rest = seen.at_rest().filter(|_| whole_numbers);
+        let steps_at_rest = rest.filter(|_| whole_numbers);
         Summary {
             name: case.name.clone(),
             law: case.controller.law.name(),
@@ -386,15 +385,15 @@ impl EndOfRun<'_> {
             peak_power_w: extremes.peak_abs_power_w,
             current_limited_s: seconds(self.held_limit_ns[1]) + extremes.current_limited_s,
             max_abs_dac_code: self.rows.max_abs_dac_code,
-            dac_bits_used: whole_numbers.then(|| seen.codes().signed_bits()),
-            encoder_bits_used: whole_numbers.then(|| seen.counts().bits_of_width()),
+            dac_bits_used: whole_numbers.then(|| seen.codes.signed_bits()),
+            encoder_bits_used: whole_numbers.then(|| seen.counts.bits_of_width()),
             rest_ripple_um: ripple.map(|ripple| ripple.ripple_um),
             limit_cycle_um: ripple.map(|ripple| ripple.limit_cycle_um),
             limit_cycle_period_s: ripple.and_then(|ripple| ripple.limit_cycle_period_s),
-            rest_dac_codes: at_rest.map(|[codes, _]| codes.width()),
-            rest_encoder_counts: at_rest.map(|[_, counts]| counts.width()),
-            rest_error_max_um: rest_error.map(|error| error.max_um),
-            rest_error_rms_um: rest_error.map(|error| error.rms_um),
+            rest_dac_codes: steps_at_rest.map(|rest| rest.codes.width()),
+            rest_encoder_counts: steps_at_rest.map(|rest| rest.counts.width()),
+            rest_error_max_um: rest.map(|rest| rest.error_max_um),
+            rest_error_rms_um: rest.map(|rest| rest.error_rms_um),
             loops: self.loops,
             faults: axis.map(|axis| axis.faults),
             axis: axis.map(|axis| AxisReport::new(&axis, period_ns.unwrap_or(0))),

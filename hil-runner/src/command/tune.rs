@@ -335,10 +335,10 @@ fn tolerance(
     found: &Found,
     team: &Team,
 ) -> anyhow::Result<outcome::Tolerance> {
-    let Input { settings, .. } = input;
-    let axes = corners::tolerance(&prepared.template, &settings.over, AXES, settings.seed);
+    let (problem, settings) = (&prepared.problem, &input.settings);
+    let axes = corners::tolerance(&problem.template, &settings.over, AXES, settings.seed);
     let (axes, drawn) = axes.map_err(anyhow::Error::msg)?;
-    let tuned = [&found.own, &found.best].map(|seen| prepared.problem.tuned(&seen.values));
+    let tuned = [&found.own, &found.best].map(|seen| problem.tuned(&seen.values));
     let [Some(before), Some(after)] = &tuned else {
         bail!("the setting that was found makes no run");
     };
@@ -356,13 +356,17 @@ fn tolerance(
     }
     bar.finish_and_clear();
     let runs = [0, 1].map(|first| made.iter().skip(first).step_by(2).collect());
-    let (problem, case) = (&prepared.problem, input.template.base());
-    Ok(outcome::tolerance(problem, case, drawn, runs))
+    Ok(outcome::tolerance(
+        problem,
+        input.template.base(),
+        drawn,
+        runs,
+    ))
 }
 
 /// The runs of the file's own setting and of the best one.
 fn both_runs(prepared: &Prepared, found: &Found) -> anyhow::Result<[CaseRun; 2]> {
-    let own = prepared.template.base();
+    let own = prepared.problem.template.base();
     let best = prepared.problem.tuned(&found.best.values);
     let best = best.map_or_else(|| own.clone(), |best| with_controller_of(own, &best));
     let options = RunOptions {

@@ -38,16 +38,15 @@ const NEGATIVE: u8 = 1;
 /// Meaning of the bytes behind an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Data {
-    /// Nothing: no instruction yet, or one without data.
+    /// An instruction is to come.
+    Instruction,
+    /// Nothing: the instruction has no data, or all of it.
     Ignored,
     /// They leave the chip from the upper end of this word, zeros behind them.
     Out(u32),
-    /// They enter `register`; taken over when all `bytes` are in.
-    In {
-        register: u8,
-        bytes: usize,
-        word: u32,
-    },
+    /// They enter a register, taken over when all are in: that, the number of bytes to
+    /// come, and the word so far.
+    In(u8, usize, u32),
 }
 
 /// The chip.
@@ -65,7 +64,6 @@ pub struct Ls7366rChip {
     /// CLR STR takes CEN along.
     clears_cen: bool,
     cen_cleared: bool,
-    instruction: Option<u8>,
     data: Data,
 }
 
@@ -87,8 +85,7 @@ impl Ls7366rChip {
             latched: POWER_LOST,
             clears_cen: false,
             cen_cleared: false,
-            instruction: None,
-            data: Data::Ignored,
+            data: Data::Instruction,
         }
     }
 
@@ -146,18 +143,13 @@ impl Ls7366rChip {
         self.enable_pin && self.mdr1 & 0x04 == 0
     }
 
-    /// Bytes of CNTR, DTR and OTR, by B1 B0 of MDR1.
-    const fn bytes(&self) -> usize {
-        match self.mdr1 & 0x03 {
-            0b00 => 4,
-            0b01 => 3,
-            0b10 => 2,
-            _ => 1,
-        }
+    /// Bytes of CNTR, DTR and OTR: B1 B0 of MDR1 fewer than four.
+    fn bytes(&self) -> usize {
+        4 - usize::from(self.mdr1 & 0x03)
     }
 
     /// `word` cut to the width of the counter.
-    const fn cut(&self, word: u32) -> u32 {
+    fn cut(&self, word: u32) -> u32 {
         word & (u32::MAX >> (32 - 8 * self.bytes()))
     }
 
@@ -173,7 +165,6 @@ impl Ls7366rChip {
 
     /// B7 B6: 00 CLR, 01 RD, 10 WR, 11 LOAD. Table 1 of the data sheet.
     fn start(&mut self, instruction: u8) {
-        self.instruction = Some(instruction);
         let register = (instruction >> 3) & 0b111;
         self.data = Data::Ignored;
         match (instruction >> 6, register) {
@@ -192,15 +183,8 @@ impl Ls7366rChip {
             }
             (0b01, OTR) => self.data = Self::out(self.otr, self.bytes()),
             (0b01, STR) => self.data = Self::out(u32::from(self.status()), 1),
-            (0b10, MDR0 | MDR1 | DTR) => {
-                let bytes = if register == DTR { self.bytes() } else { 1 };
-                let word = 0;
-                self.data = Data::In {
-                    register,
-                    bytes,
-                    word,
-                };
-            }
+            (0b10, MDR0 | MDR1) => self.data = Data::In(register, 1, 0),
+            (0b10, DTR) => self.data = Data::In(register, self.bytes(), 0),
             (0b11, CNTR) => self.cntr = self.cut(self.dtr),
             (0b11, OTR) => self.otr = self.cntr,
             _ => {}
@@ -223,27 +207,22 @@ impl Ls7366rChip {
 
 impl SpiChip for Ls7366rChip {
     fn select(&mut self) {
-        self.instruction = None;
-        self.data = Data::Ignored;
+        self.data = Data::Instruction;
     }
 
     fn exchange(&mut self, mosi: u8) -> u8 {
-        if self.instruction.is_none() {
-            self.start(mosi);
-            return 0;
-        }
         match &mut self.data {
+            Data::Instruction => {
+                self.start(mosi);
+                0
+            }
             Data::Ignored => 0,
             Data::Out(word) => {
                 let [first, ..] = word.to_be_bytes();
                 *word <<= 8;
                 first
             }
-            Data::In {
-                register,
-                bytes,
-                word,
-            } => {
+            Data::In(register, bytes, word) => {
                 *word = *word << 8 | u32::from(mosi);
                 *bytes -= 1;
                 if *bytes == 0 {

@@ -157,10 +157,8 @@ impl SpiIo {
         self.next_tick += 1;
         self.board.counter.spi.chip.move_to(position_counts);
 
-        let fails = |part| {
-            let fault = self.fault.as_ref();
-            fault.is_some_and(|(failing, ticks)| *failing == part && ticks.contains(&tick))
-        };
+        let due = self.fault.iter().find(|(_, ticks)| ticks.contains(&tick));
+        let fails = |part| due.is_some_and(|(failing, _)| *failing == part);
         let bus_fault = |part| {
             fails(part).then_some(BusFault {
                 transactions: 0..u64::MAX,

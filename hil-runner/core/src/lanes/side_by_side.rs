@@ -309,7 +309,7 @@ impl<W: Width> Lanes<W> {
             Err(error) => return Some(Err(error.into())),
         };
         let seen = self.seen[run / W::LANES].of(lane, &self.line, &self.at_rest[run / W::LANES]);
-        let codes = seen.codes();
+        let codes = seen.codes;
         let rows = RowFigures {
             rows: self.family.samples + 1,
             squared_acc_error: squared,

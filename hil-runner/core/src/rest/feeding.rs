@@ -24,8 +24,6 @@
 //! # Ok::<(), runfile::RunFileErrors>(())
 //! ```
 
-use core::fmt;
-
 use plant::{Dac, Joint};
 
 use crate::case::{Case, ComputationDelay, Law};
@@ -150,48 +148,24 @@ fn remove_friction(case: &mut Case) -> bool {
     had_some
 }
 
-/// The nonlinearities without which a cycle dies. Shown as `dac`, `dac+gap` or
-/// `none`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FedBy([bool; Nonlinearity::ALL.len()]);
-
-impl FedBy {
-    /// True if a nonlinearity is one of them.
-    pub fn contains(&self, nonlinearity: Nonlinearity) -> bool {
-        self.0[nonlinearity as usize]
-    }
-
-    /// True if there is none.
-    pub fn is_none(&self) -> bool {
-        !self.0.contains(&true)
-    }
-}
-
-impl fmt::Display for FedBy {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names = Nonlinearity::ALL.into_iter().filter(|&n| self.contains(n));
-        let names: Vec<_> = names.map(Nonlinearity::name).collect();
-        match names[..] {
-            [] => f.write_str("none"),
-            _ => f.write_str(&names.join("+")),
-        }
-    }
-}
-
-/// The nonlinearities that feed a cycle of `amplitude_um` \[µm\]: whatever it is without which the
-/// amplitude, in `results`, falls below a fifth. A run that gave no amplitude
-/// tells nothing, and where there is no cycle (an amplitude of 0) nothing
-/// feeds it.
+/// The nonlinearities that feed a cycle of `amplitude_um` \[µm\], as `dac`, `dac+gap` or
+/// `none`: whatever it is without which the amplitude, in `results`, falls below a fifth. A
+/// run that gave no amplitude tells nothing, and where there is no cycle (an amplitude of 0)
+/// nothing feeds it.
 ///
 /// Ripples (`rest_ripple_um`) are the figures to compare: an oscillation that
 /// has merely become irregular has one too.
-pub fn fed_by(amplitude_um: f64, results: &[(Nonlinearity, Option<f64>)]) -> FedBy {
-    let mut fed = FedBy::default();
-    for (without, left_um) in results {
-        let gone = left_um.is_some_and(|left_um| left_um < GONE * amplitude_um);
-        fed.0[*without as usize] |= gone;
+pub fn fed_by(amplitude_um: f64, results: &[(Nonlinearity, Option<f64>)]) -> String {
+    let dies_without = |of: &Nonlinearity| {
+        let mut left_um = results.iter().filter(|(without, _)| without == of);
+        left_um.any(|(_, left_um)| left_um.is_some_and(|um| um < GONE * amplitude_um))
+    };
+    let feeding = Nonlinearity::ALL.into_iter().filter(dies_without);
+    let names: Vec<_> = feeding.map(Nonlinearity::name).collect();
+    match names[..] {
+        [] => "none".to_owned(),
+        _ => names.join("+"),
     }
-    fed
 }
 
 #[cfg(test)]
@@ -257,11 +231,12 @@ mod tests {
                 .zip(left.iter().copied().map(Some));
             fed_by(amplitude, &results.collect::<Vec<_>>())
         };
-        assert_eq!(fed(10.0, &[9.0, 1.9, 12.0]).to_string(), "dac");
-        assert_eq!(fed(10.0, &[9.0, 0.0, 1.0]).to_string(), "dac+gap");
-        assert_eq!(fed(10.0, &[0.1, 5.0, 7.0]).to_string(), "encoder");
-        assert_eq!(fed(10.0, &[2.0, 5.0, 7.0]).to_string(), "none");
-        assert!(fed(0.0, &[0.0, 0.0, 0.0]).is_none());
-        assert!(fed_by(10.0, &[(Dac, None), (Gap, Some(f64::NAN))]).is_none());
+        assert_eq!(fed(10.0, &[9.0, 1.9, 12.0]), "dac");
+        assert_eq!(fed(10.0, &[9.0, 0.0, 1.0]), "dac+gap");
+        assert_eq!(fed(10.0, &[0.1, 5.0, 7.0]), "encoder");
+        assert_eq!(fed(10.0, &[2.0, 5.0, 7.0]), "none");
+        assert_eq!(fed(0.0, &[0.0, 0.0, 0.0]), "none");
+        let untold = [(Dac, None), (Gap, Some(f64::NAN))];
+        assert_eq!(fed_by(10.0, &untold), "none");
     }
 }

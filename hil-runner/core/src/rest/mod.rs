@@ -77,15 +77,6 @@ impl Range {
     }
 }
 
-/// x_ref − x at the rows of the window of rest.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct RestError {
-    /// Largest magnitude \[µm\].
-    pub(crate) max_um: f64,
-    /// Root mean square \[µm\].
-    pub(crate) rms_um: f64,
-}
-
 /// Rows of a window at least: a line takes two, three periods some more.
 pub const FEWEST: u64 = 8;
 

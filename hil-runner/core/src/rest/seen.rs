@@ -4,7 +4,7 @@
 use plant::Width;
 
 use super::ripple::{Line, Residual, Ripple, count};
-use super::{Range, RestError, Window};
+use super::{Range, Window};
 use crate::number::seconds;
 
 /// Codes and counts so far, and the carriages in the window of rest. A lane
@@ -104,21 +104,23 @@ impl<W: Width> SeenRows<W> {
             false => [range(&self.before, place), range(&self.now, place)],
             true => [range(&self.now, place), Range::EMPTY],
         };
-        let carriage = |window: Window| {
+        let ([codes_before, codes], [counts_before, counts]) = (both(0), both(2));
+        let rest = |window: Window| {
             let rows = count(self.positions_m.len());
-            let error = RestError {
-                max_um: at_rest.max_um.as_ref()[lane],
-                rms_um: (at_rest.squares.as_ref()[lane] / rows).sqrt(),
-            };
             let interval_s = seconds(window.interval_ns);
             let residual = &at_rest.residual;
-            let ripple = residual.ripple(lane, line, &self.positions_m, interval_s);
-            (error, ripple)
+            Rest {
+                codes,
+                counts,
+                error_max_um: at_rest.max_um.as_ref()[lane],
+                error_rms_um: (at_rest.squares.as_ref()[lane] / rows).sqrt(),
+                ripple: residual.ripple(lane, line, &self.positions_m, interval_s),
+            }
         };
         Seen {
-            codes: both(0),
-            counts: both(2),
-            carriage: self.window.map(carriage),
+            codes: codes_before.with(codes),
+            counts: counts_before.with(counts),
+            rest: self.window.map(rest),
         }
     }
 }
@@ -135,36 +137,21 @@ pub(crate) struct AtRest<W: Width> {
 /// What the rows of one run leave behind.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Seen {
-    /// Before the window of rest, and in it.
-    codes: [Range; 2],
-    counts: [Range; 2],
+    pub(crate) codes: Range,
+    pub(crate) counts: Range,
     /// If there is a window.
-    carriage: Option<(RestError, Ripple)>,
+    pub(crate) rest: Option<Rest>,
 }
 
-impl Seen {
-    /// Codes of the whole run.
-    pub(crate) fn codes(&self) -> Range {
-        self.codes[0].with(self.codes[1])
-    }
-
-    /// Counts of the whole run.
-    pub(crate) fn counts(&self) -> Range {
-        self.counts[0].with(self.counts[1])
-    }
-
-    /// Codes and counts in the window, if there is one.
-    pub(crate) fn at_rest(&self) -> Option<[Range; 2]> {
-        self.carriage.map(|_| [self.codes[1], self.counts[1]])
-    }
-
-    /// Distance of the carriage from where it should rest, if there is a window.
-    pub(crate) fn rest_error(&self) -> Option<RestError> {
-        self.carriage.map(|(error, _)| error)
-    }
-
-    /// Ripple of the carriage, if there is a window.
-    pub(crate) fn ripple(&self) -> Option<Ripple> {
-        self.carriage.map(|(_, ripple)| ripple)
-    }
+/// The same in the window of rest, and what its carriage does there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Rest {
+    pub(crate) codes: Range,
+    pub(crate) counts: Range,
+    /// Largest magnitude of x_ref − x \[µm\].
+    pub(crate) error_max_um: f64,
+    /// Its root mean square \[µm\].
+    pub(crate) error_rms_um: f64,
+    /// Ripple of the carriage.
+    pub(crate) ripple: Ripple,
 }

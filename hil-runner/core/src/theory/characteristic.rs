@@ -93,7 +93,7 @@ impl LoopGains {
         };
         Self {
             smoothing,
-            ..Self::new(gains, loop_gain(case))
+            ..Self::new(gains, case.output_per_rad())
         }
     }
 
@@ -127,11 +127,6 @@ impl LoopGains {
             smoothing: self.smoothing,
         }
     }
-}
-
-/// `K_0 = K_enc·K_dac·K_a` of a case \[V/rad per code/count\], eq. 27.
-pub fn loop_gain(case: &Case) -> f64 {
-    case.output_per_rad()
 }
 
 /// True if the linear loop of a case is that of the paper's law.
@@ -201,20 +196,16 @@ impl Characteristic {
             let zeros = pulse.present.times(&z).plus(&pulse.past);
             (pulse, zeros.scaled(1.0 / axis.gear_ratio))
         };
-        let (PulseResponse { poles, degree, .. }, motor) = response(Shaft::Motor);
+        let (PulseResponse { poles, .. }, motor) = response(Shaft::Motor);
         let screw = (axis.position_of == Shaft::Screw).then(|| response(Shaft::Screw).1);
+        let zeros = [&screw.unwrap_or(motor), &motor];
         Self {
             zeros: motor,
             screw_zeros: screw,
             poles,
             period_s,
-            degree: degree + 4,
-            unfiltered: ClosedPolynomial::new(
-                [&screw.unwrap_or(motor), &motor],
-                &poles,
-                period_s,
-                1.0,
-            ),
+            degree: axis.states() + 3,
+            unfiltered: ClosedPolynomial::new(zeros, &poles, period_s, 1.0),
         }
     }
 

@@ -13,7 +13,7 @@
 use core::ops::Range;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, f64x8};
+use fearless_simd::{Simd, f64x8};
 use nalgebra::Complex;
 use plant::widest;
 
@@ -24,33 +24,42 @@ use super::search::{Border, Minimum, Response, Zero, search};
 pub(crate) struct Curve<'a> {
     /// Rising, in whatever unit; three points at least.
     pub(crate) frequency: &'a [f64],
-    pub(crate) re: &'a [f64],
-    pub(crate) im: &'a [f64],
+    pub(crate) l: &'a Parts,
     /// The last point is the middle of a sampled spectrum, where L is
     /// real.
     pub(crate) ends_real: bool,
 }
 
+/// Real and imaginary parts, point by point.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Parts {
+    pub(crate) re: Vec<f64>,
+    pub(crate) im: Vec<f64>,
+}
+
+impl Parts {
+    pub(crate) fn push(&mut self, value: Complex<f64>) {
+        self.re.push(value.re);
+        self.im.push(value.im);
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.re.clear();
+        self.im.clear();
+    }
+
+    pub(crate) fn point(&self, i: usize) -> Complex<f64> {
+        Complex::new(self.re[i], self.im[i])
+    }
+}
+
 /// What there is to find on the curves of some runs: in room that is kept.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Finds {
-    pub(crate) level: Level,
     runs: Vec<Run>,
     blocks: Vec<Block>,
     zeros: Vec<Zero>,
     minima: Vec<Minimum>,
-}
-
-impl Default for Finds {
-    fn default() -> Self {
-        Self {
-            level: widest(),
-            runs: Vec::new(),
-            blocks: Vec::new(),
-            zeros: Vec::new(),
-            minima: Vec::new(),
-        }
-    }
 }
 
 /// What is known of a run before anything is searched.
@@ -92,20 +101,21 @@ pub(crate) const NEAR: f64 = 2.0 * CANDIDATE;
 const NOTHING: f64 = 1e-9;
 
 impl Curve<'_> {
-    fn point(&self, i: usize) -> Complex<f64> {
-        Complex::new(self.re[i], self.im[i])
+    /// The frequency and L of a point.
+    fn point(&self, i: usize) -> (f64, Complex<f64>) {
+        (self.frequency[i], self.l.point(i))
     }
 
     /// Frequency of the point nearest to −1, from its squared distance.
     fn lowest(&self, blocks: &[Block], lowest: f64) -> f64 {
         let mut ends = each_bit(blocks, |block| block.near).flat_map(|i| [i, i + 1]);
-        let place = ends.find(|&i| (self.point(i) + 1.0).norm_sqr() == lowest);
+        let place = ends.find(|&i| (self.l.point(i) + 1.0).norm_sqr() == lowest);
         self.frequency[place.unwrap_or(0)]
     }
 
     /// Squared distance of −1 from the chord behind point `i`.
     fn chord(&self, i: usize) -> f64 {
-        let (from, to) = (self.point(i) + 1.0, self.point(i + 1) + 1.0);
+        let (from, to) = (self.l.point(i) + 1.0, self.l.point(i + 1) + 1.0);
         let along = to - from;
         let length = along.norm_sqr();
         if length == 0.0 {
@@ -120,26 +130,20 @@ impl Curve<'_> {
     fn minima(&self, lowest: f64, blocks: &[Block], mut found: impl FnMut(usize)) {
         let bound = CANDIDATE * lowest;
         // Chords that are not near are farther than all that are looked for.
-        let far = f64::INFINITY;
-        let (mut place, mut before, mut here) = (self.re.len(), far, far);
-        let mut look = |i: usize, before: f64, here: f64, after: f64| {
-            // Of two chords that meet in the closest point, the first.
-            if here < before && here <= after && here <= bound {
-                found(i);
-            }
+        let distance = |i: usize| match blocks.get(i / BLOCK) {
+            Some(block) if block.near >> (i % BLOCK) & 1 == 1 => self.chord(i),
+            _ => f64::INFINITY,
         };
         for i in each_bit(blocks, |block| block.near) {
-            let next = self.chord(i);
-            if i == place + 1 {
-                look(place, before, here, next);
-                before = here;
-            } else {
-                look(place, before, here, far);
-                before = far;
+            let (before, here) = (
+                i.checked_sub(1).map_or(f64::INFINITY, distance),
+                self.chord(i),
+            );
+            // Of two chords that meet in the closest point, the first.
+            if here <= bound && here < before && here <= distance(i + 1) {
+                found(i);
             }
-            (place, here) = (i, next);
         }
-        look(place, before, here, far);
     }
 
     /// Every passage that a [`Margin`] needs.
@@ -152,9 +156,10 @@ impl Curve<'_> {
             found(Border::HalfPower, i);
         }
         // The chord to a real end crosses nothing.
-        let crossing = self.re.len() - if self.ends_real { 2 } else { 1 };
+        let re = &self.l.re;
+        let crossing = re.len() - if self.ends_real { 2 } else { 1 };
         for i in each_bit(blocks, |block| block.real) {
-            if i < crossing && (self.re[i] < 0.0 || self.re[i + 1] < 0.0) {
+            if i < crossing && (re[i] < 0.0 || re[i + 1] < 0.0) {
                 found(Border::RealAxis, i);
             }
         }
@@ -173,15 +178,14 @@ impl Finds {
     pub(crate) fn add_modulus(&mut self, curve: &Curve<'_>) {
         let (run, minima) = (self.runs.len(), &mut self.minima);
         let (first, zeros) = (minima.len(), self.zeros.len());
-        let (level, blocks) = (self.level, &mut self.blocks);
-        let lowest = fearless_simd::dispatch!(level, simd => look_over(simd, curve, blocks));
-        let n = curve.re.len();
-        let point = |i: usize| (curve.frequency[i], curve.point(i));
+        let blocks = &mut self.blocks;
+        let lowest = fearless_simd::dispatch!(widest(), simd => look_over(simd, curve.l, blocks));
+        let n = curve.frequency.len();
         curve.minima(lowest, blocks, |i| {
             let middle = i.clamp(1, n - 2);
             minima.push(Minimum {
                 run,
-                three: [point(middle - 1), point(middle), point(middle + 1)],
+                three: [middle - 1, middle, middle + 1].map(|i| curve.point(i)),
                 within: [i.saturating_sub(1), (i + 2).min(n - 1)].map(|i| curve.frequency[i]),
                 found: (curve.frequency[i], f64::INFINITY),
             });
@@ -199,16 +203,15 @@ impl Finds {
     pub(crate) fn add(&mut self, curve: &Curve<'_>, stable: bool) {
         self.add_modulus(curve);
         let (run, zeros) = (self.runs.len() - 1, &mut self.zeros);
-        let point = |i: usize| (curve.frequency[i], curve.point(i));
         curve.passages(stable, &self.blocks, |border, i| {
             zeros.push(Zero {
                 run,
                 border,
-                ends: [point(i), point(i + 1)],
-                found: point(i + 1),
+                ends: [i, i + 1].map(|i| curve.point(i)),
+                found: curve.point(i + 1),
             });
         });
-        let end = curve.re[curve.re.len() - 1];
+        let end = curve.l.re[curve.l.re.len() - 1];
         if let Some(run) = self.runs.last_mut() {
             run.stable = stable;
             run.zeros.end = zeros.len();
@@ -218,7 +221,7 @@ impl Finds {
 
     /// Searches everything that there is to find.
     pub(crate) fn search(&mut self, response: &impl Response) {
-        search(self.level, &mut self.zeros, &mut self.minima, response);
+        search(&mut self.zeros, &mut self.minima, response);
     }
 
     /// Margins of every run, frequencies in the unit of its curve.
@@ -235,35 +238,17 @@ impl Finds {
     /// Reads what was found of a run.
     fn margin(&self, run: &Run) -> Margin {
         let (weakest, distance) = self.closest(run);
-        let (mut crossover, mut phase): (Option<f64>, Option<f64>) = (None, None);
-        let mut bandwidth = None;
+        let zeros = self.zeros[run.zeros.clone()].iter();
+        let passing = |border| zeros.clone().filter(move |zero| zero.border == border);
+        let falls = |zero: &&Zero| zero.ends[0].1.norm_sqr() >= 1.0;
+        // arg(−L): what turns L to −1.
+        let lag = |zero: &Zero| libm::atan2(-zero.found.1.im, -zero.found.1.re);
+        let nearer = |lag: f64, other: f64| if other.abs() < lag.abs() { other } else { lag };
+        let phase = passing(Border::UnitGain).map(lag).reduce(nearer);
         // The largest |L| below 1 where L is negative; 0 without any.
-        let mut magnitude = 0.0_f64;
-        let mut negative = |at: f64| {
-            if at < 1.0 {
-                magnitude = magnitude.max(at);
-            }
-        };
-        for zero in &self.zeros[run.zeros.clone()] {
-            let (frequency, value) = zero.found;
-            match zero.border {
-                Border::UnitGain => {
-                    let falls = zero.ends[0].1.norm_sqr() >= 1.0;
-                    if falls && crossover.is_none() {
-                        crossover = Some(frequency);
-                    }
-                    // arg(−L): what turns L to −1.
-                    let lag = libm::atan2(-value.im, -value.re);
-                    if phase.is_none_or(|phase| lag.abs() < phase.abs()) {
-                        phase = Some(lag);
-                    }
-                }
-                Border::HalfPower => bandwidth = Some(frequency),
-                Border::RealAxis if value.re < -NOTHING => negative(-value.re),
-                Border::RealAxis => (),
-            }
-        }
-        run.real_end.into_iter().for_each(negative);
+        let negative = passing(Border::RealAxis).map(|zero| -zero.found.1.re);
+        let negative = negative.filter(|at| *at > NOTHING).chain(run.real_end);
+        let magnitude = negative.filter(|at| *at < 1.0).fold(0.0, f64::max);
         let stable = run.stable;
         Margin {
             stable,
@@ -271,8 +256,10 @@ impl Finds {
             weakest_radps: weakest,
             phase_rad: phase.filter(|_| stable),
             gain: (stable && magnitude > 0.0).then(|| 1.0 / magnitude),
-            crossover_radps: crossover,
-            bandwidth_radps: bandwidth,
+            crossover_radps: passing(Border::UnitGain)
+                .find(falls)
+                .map(|zero| zero.found.0),
+            bandwidth_radps: passing(Border::HalfPower).next().map(|zero| zero.found.0),
         }
     }
 
@@ -296,14 +283,15 @@ fn each_bit(blocks: &[Block], of: impl Fn(&Block) -> u64) -> impl Iterator<Item 
 
 /// Looks over a curve without a branch: the least squared distance of a point from −1.
 #[inline(always)]
-fn look_over<S: Simd>(simd: S, curve: &Curve<'_>, blocks: &mut Vec<Block>) -> f64 {
+fn look_over<S: Simd>(simd: S, l: &Parts, blocks: &mut Vec<Block>) -> f64 {
     let [zero, one, two] = [0.0, 1.0, 2.0].map(|number| f64x8::splat(simd, number));
+    let ends = |start| {
+        [start, start + 1].map(|at| (from_place(simd, &l.re, at), from_place(simd, &l.im, at)))
+    };
     blocks.clear();
     let mut least = f64x8::splat(simd, f64::INFINITY);
-    for start in (0..curve.re.len() - 1).step_by(BLOCK) {
-        let sides = [start, start + 1].map(|place| {
-            let re = from_place(simd, curve.re, place);
-            let im = from_place(simd, curve.im, place);
+    for start in (0..l.re.len() - 1).step_by(BLOCK) {
+        let [from, to] = ends(start).map(|(re, im)| {
             let (before, behind) = (re - one, one + re);
             let distance = behind * behind + im * im;
             least = distance.simd_lt(least).select(distance, least);
@@ -314,7 +302,6 @@ fn look_over<S: Simd>(simd: S, curve: &Curve<'_>, blocks: &mut Vec<Block>) -> f6
             ]
             .map(|side| side.to_bitmask())
         });
-        let [from, to] = sides;
         blocks.push(Block {
             unit_gain: from[0] ^ to[0],
             half_power: !from[1] & to[1],
@@ -327,11 +314,7 @@ fn look_over<S: Simd>(simd: S, curve: &Curve<'_>, blocks: &mut Vec<Block>) -> f6
     let bound = f64x8::splat(simd, NEAR * lowest);
     for (number, block) in blocks.iter_mut().enumerate() {
         let start = number * BLOCK;
-        let [(re_0, im_0), (re_1, im_1)] = [start, start + 1].map(|place| {
-            let re = from_place(simd, curve.re, place);
-            let im = from_place(simd, curve.im, place);
-            (one + re, im)
-        });
+        let [(re_0, im_0), (re_1, im_1)] = ends(start).map(|(re, im)| (one + re, im));
         let near = [
             (re_0 * re_1 + im_0 * im_1).simd_lt(zero),
             (re_0 * re_0 + im_0 * im_0).simd_le(bound),
@@ -339,7 +322,7 @@ fn look_over<S: Simd>(simd: S, curve: &Curve<'_>, blocks: &mut Vec<Block>) -> f6
         ];
         let [wide, from, to] = near.map(|near| near.to_bitmask());
         // Behind the end there is none.
-        let chords = BLOCK.min(curve.re.len() - 1 - start);
+        let chords = BLOCK.min(l.re.len() - 1 - start);
         block.near = (wide | from | to) & u64::MAX >> (u64::BITS as usize - chords);
     }
     lowest
@@ -409,6 +392,15 @@ pub(crate) fn bends(from: Complex<f64>, middle: Complex<f64>, to: Complex<f64>) 
     }
     let off_line = (middle - (from + to) * 0.5).norm_sqr();
     off_line > BEND * BEND * from.norm_sqr().max(to.norm_sqr())
+}
+
+/// Ratio of neighbouring frequencies before anything is refined.
+pub(crate) const RATIO: f64 = 1.2;
+
+/// Frequencies from the first on, each [`RATIO`] times the one before or as much as `most`
+/// above it.
+pub(crate) fn rising(first: f64, most: f64) -> impl Iterator<Item = f64> {
+    core::iter::successors(Some(first), move |at| Some((at * RATIO).min(at + most)))
 }
 
 /// Limits of [`refined`].

@@ -139,27 +139,27 @@ fn at_borders(
     let mut found = Vec::new();
     let states: Vec<bool> = amplitudes.iter().map(|&at| is_stable(at)).collect();
     for (pair, state) in amplitudes.windows(2).zip(states.windows(2)) {
-        let (&[mut low, mut high], &[before, after]) = (pair, state) else {
-            continue;
+        let stability = match state {
+            [false, true] => CycleStability::Attracting,
+            [true, false] => CycleStability::Repelling,
+            _ => continue,
         };
-        if before == after {
-            continue;
-        }
-        for _ in 0..45 {
-            let middle = 0.5 * (low + high);
-            if is_stable(middle) == before {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        let stability = match after {
-            true => CycleStability::Attracting,
-            false => CycleStability::Repelling,
-        };
-        found.extend(cycle(0.5 * (low + high), stability));
+        let border = halved([pair[0], pair[1]], 45, |at| is_stable(at) == state[0]);
+        found.extend(cycle(border, stability));
     }
     found
+}
+
+/// The place, after so many halvings, up to which `is_before` holds.
+fn halved([mut low, mut high]: [f64; 2], times: u32, is_before: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..times {
+        let middle = 0.5 * (low + high);
+        match is_before(middle) {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    0.5 * (low + high)
 }
 
 /// Points from `low` to `high`, `per_decade` of them to each.
@@ -219,7 +219,8 @@ pub fn gap_cycles(case: &Case) -> Vec<Cycle> {
         let gear_rad = screw_rad / soft.axis.screw_per_gear(s).norm_sqr().sqrt();
         // What the third harmonic of the deflection makes of ε, over A − b.
         let third = deflection_third(1.0 / (1.0 + depth)) * (1.0 + depth) / depth;
-        let back = delayed.joint_response(3.0 * radps)?;
+        let law = delayed.law(3.0 * radps) / axis.gear_ratio;
+        let back = axis.joint_response(Complex::new(0.0, 3.0 * radps), law)?;
         let volts_per_rad = delayed.law(radps).norm_sqr().sqrt() / axis.gear_ratio;
         Some(Cycle::new(
             &axis,
@@ -329,7 +330,8 @@ impl SteppedLoop {
     /// The cycles; `motor_rad` is the amplitude of α for that of the
     /// staircase's input and a frequency.
     fn cycles(&self, motor_rad: impl Fn(f64, f64) -> f64) -> Vec<Cycle> {
-        let gain_at = |amplitude: f64| quantiser(amplitude, self.bias(amplitude)).1;
+        let bias = |amplitude: f64| quantiser_bias(amplitude, self.mean);
+        let gain_at = |amplitude: f64| quantiser(amplitude, bias(amplitude)).1;
         let is_stable = |amplitude: f64| {
             let gain = gain_at(amplitude);
             // Below the first threshold nothing moves.
@@ -364,13 +366,10 @@ impl SteppedLoop {
         at_borders(&amplitudes, is_stable, cycle)
     }
 
-    fn bias(&self, amplitude: f64) -> f64 {
-        quantiser_bias(amplitude, self.mean)
-    }
-
     /// Second and third harmonic after a round through the loop, over A.
     fn distortion(&self, amplitude: f64, theta: f64) -> f64 {
-        let [second, third] = quantiser_harmonics(amplitude, self.bias(amplitude));
+        let bias = quantiser_bias(amplitude, self.mean);
+        let [second, third] = quantiser_harmonics(amplitude, bias);
         let back = |n: f64| self.family.at(&self.gains, n * theta).norm_sqr();
         let squares = second * second * back(2.0) + third * third * back(3.0);
         squares.sqrt() / amplitude
@@ -446,14 +445,6 @@ pub fn quantiser_bias(amplitude: f64, mean: f64) -> f64 {
     if 2.0 * mean == (2.0 * mean).floor() {
         return mean;
     }
-    let (mut low, mut high) = (mean - 1.0, mean + 1.0);
-    for _ in 0..50 {
-        let middle = 0.5 * (low + high);
-        if quantiser(amplitude, middle).0 < mean {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
+    let is_before = |bias| quantiser(amplitude, bias).0 < mean;
+    halved([mean - 1.0, mean + 1.0], 50, is_before)
 }

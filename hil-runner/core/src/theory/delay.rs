@@ -23,7 +23,7 @@ use core::f64::consts::PI;
 use nalgebra::Complex;
 
 use super::characteristic::{LoopGains, is_papers_loop};
-use super::curve::{Curve, Finds, Limits, Margin, bends, refined};
+use super::curve::{Curve, Finds, Limits, Margin, Parts, bends, refined, rising};
 use super::linear_axis::{JointState, LinearAxis};
 use super::search::LaneByLane;
 use crate::case::{Case, Law};
@@ -49,8 +49,7 @@ pub(crate) struct DelayedLoop {
     pub(crate) delay_s: f64,
 }
 
-/// Ratio of neighbouring frequencies, and largest lag between them \[rad\].
-const RATIO: f64 = 1.2;
+/// Largest lag between neighbouring frequencies \[rad\].
 const LAG: f64 = 0.1;
 /// The curve ends where |L| has fallen below this, beyond every corner.
 const QUIET: f64 = 1e-3;
@@ -103,26 +102,15 @@ impl DelayedLoop {
         (half.conj() * ki / s + half * s * kd + kp) * lag
     }
 
-    /// Response of ε to a deflection of the joint's flanks, by the torque that it
-    /// is worth: `−(k + c·s)·(1/Z + 1/m)` with the controlled motor's `Z` and
-    /// the screw's `m`. None without a joint.
-    pub(crate) fn joint_response(&self, radps: f64) -> Option<Complex<f64>> {
-        let s = Complex::new(0.0, radps);
-        self.axis
-            .joint_response(s, self.law(radps) / self.axis.gear_ratio)
-    }
-
     /// The margins.
     pub(crate) fn margin(&self) -> Margin {
         let points = self.points();
         let frequency: Vec<f64> = points.iter().map(|(radps, _)| *radps).collect();
-        let re: Vec<f64> = points.iter().map(|(_, l)| l.re).collect();
-        let im: Vec<f64> = points.iter().map(|(_, l)| l.im).collect();
-        let mut finds = Finds::default();
+        let (mut l, mut finds) = (Parts::default(), Finds::default());
+        points.iter().for_each(|(_, value)| l.push(*value));
         let curve = Curve {
             frequency: &frequency,
-            re: &re,
-            im: &im,
+            l: &l,
             ends_real: false,
         };
         finds.add(&curve, self.is_stable(&points));
@@ -143,9 +131,8 @@ impl DelayedLoop {
             radps /= 2.0;
         }
         let step = LAG / (self.period_s + self.delay_s);
-        let mut base = vec![radps];
-        while base.len() < MOST_POINTS {
-            radps = (radps * RATIO).min(radps + step);
+        let mut base = Vec::new();
+        for radps in rising(radps, step).take(MOST_POINTS) {
             base.push(radps);
             if radps > 3.0 * fastest && self.at(radps).norm_sqr() < QUIET * QUIET {
                 break;

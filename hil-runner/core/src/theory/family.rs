@@ -6,15 +6,14 @@
 
 use core::f64::consts::PI;
 
-use fearless_simd::Level;
 use nalgebra::Complex;
-use plant::{One, Width, with_four};
+use plant::{One, Width, widest, with_four};
 
 use super::characteristic::{Characteristic, LoopGains};
-use super::curve::{Curve, Finds, Limits, Margin, bends, refined, signed};
+use super::curve::{Curve, Finds, Limits, Margin, Parts, RATIO, bends, refined, rising, signed};
 use super::held::on_circle;
 use super::linear_axis::{JointState, LinearAxis, Shaft};
-use super::search::{Response, by_lane};
+use super::search::{Response, by_lane, gathered};
 use crate::case::Case;
 use crate::number::seconds;
 
@@ -25,9 +24,8 @@ const LIMITS: Limits = Limits {
 };
 /// Most points below the grid.
 const MOST_BELOW: usize = 320;
-/// Ratio of neighbouring frequencies before anything is refined, and their
-/// largest distance \[rad\], for a delay of a sample or two.
-const RATIO: f64 = 1.2;
+/// Largest distance of neighbouring frequencies before anything is refined \[rad\], for a
+/// delay of a sample or two.
 const DISTANCE: f64 = 0.12;
 
 /// All loops of one axis, kind of drive, encoders of position, sample time, delay and
@@ -57,20 +55,6 @@ pub struct LoopFamily {
     pub(super) parts: [Parts; 3],
     /// `w = e^{jθ} − 1`.
     w: Parts,
-}
-
-/// Real and imaginary parts, point by point.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Parts {
-    pub(super) re: Vec<f64>,
-    pub(super) im: Vec<f64>,
-}
-
-impl Parts {
-    pub(super) fn push(&mut self, value: Complex<f64>) {
-        self.re.push(value.re);
-        self.im.push(value.im);
-    }
 }
 
 /// Everything that a family depends on: equal for two families exactly if they are the
@@ -193,17 +177,16 @@ impl LoopFamily {
         room.finds.clear();
         for of_loop in gains {
             let l = &mut room.l;
-            self.combine(&self.parts, of_loop, room.finds.level, l);
+            self.combine(&self.parts, of_loop, l);
             let with_lower;
             let mut theta = &self.theta;
-            if l.re[0] * l.re[0] + l.im[0] * l.im[0] <= 4.0 {
+            if l.point(0).norm_sqr() <= 4.0 {
                 with_lower = self.carried_on(&self.below(of_loop, 2.0), l);
                 theta = &with_lower;
             }
             let curve = Curve {
                 frequency: theta,
-                re: &l.re,
-                im: &l.im,
+                l,
                 ends_real: true,
             };
             add(&mut room.finds, &curve, of_loop);
@@ -243,18 +226,12 @@ impl LoopFamily {
 
     /// `kp·P + ki·I + kd·F·D` on the grid, with the filter `F = a·z/(w + a)` of the
     /// derivative.
-    pub(super) fn combine(
-        &self,
-        parts: &[Parts; 3],
-        gains: &LoopGains,
-        level: Level,
-        sum: &mut Parts,
-    ) {
+    pub(super) fn combine(&self, parts: &[Parts; 3], gains: &LoopGains, sum: &mut Parts) {
         let [p, i, d] = parts;
         let filtered = (gains.smoothing != 1.0).then(|| filtered(d, &self.w, gains.smoothing));
         let d = filtered.as_ref().unwrap_or(d);
         with_four(
-            level,
+            widest(),
             #[inline(always)]
             || {
                 combine([&p.re, &i.re, &d.re], gains, &mut sum.re);
@@ -273,14 +250,8 @@ struct SideBySide<'a> {
 impl Response for SideBySide<'_> {
     #[inline(always)]
     fn at<W: Width>(&self, w: W, runs: &[usize], theta: W::Vector) -> Complex<W::Vector> {
-        let mut gains = [W::array(0.0); 4];
-        for lane in 0..W::LANES {
-            let run = runs[lane.min(runs.len() - 1)];
-            for (slot, gain) in gains.iter_mut().zip(self.gains[run].in_order()) {
-                slot.as_mut()[lane] = gain;
-            }
-        }
-        let gains = gains.each_ref().map(|array| w.load(array));
+        let gain = |k: usize| gathered(w, runs, |&run| self.gains[run].in_order()[k]);
+        let gains = [0, 1, 2, 3].map(gain);
         let on_circle = by_lane(w, runs.len(), theta, |_, theta| on_circle(theta));
         self.characteristic.at_each(w, gains, on_circle)
     }
@@ -311,18 +282,15 @@ fn combine([p, i, d]: [&[f64]; 3], gains: &LoopGains, sum: &mut Vec<f64>) {
 /// `a·((1 + w)·(w* + a))/|w + a|² = a·((1 + u)·(u + a) + v² − j·v·(1 − a))/|w + a|²`
 /// with w = u + jv.
 fn filtered(d: &Parts, w: &Parts, a: f64) -> Parts {
-    let mut filtered = Parts {
-        re: Vec::with_capacity(d.re.len()),
-        im: Vec::with_capacity(d.re.len()),
-    };
-    for (((re, im), u), v) in d.re.iter().zip(&d.im).zip(&w.re).zip(&w.im) {
+    let mut filtered = Parts::default();
+    for i in 0..d.re.len() {
+        let Complex { re: u, im: v } = w.point(i);
         let scale = a / ((u + a) * (u + a) + v * v);
-        let (fr, fi) = (
+        let filter = Complex::new(
             scale * ((1.0 + u) * (u + a) + v * v),
             scale * (v * (a - 1.0)),
         );
-        filtered.re.push(fr * re - fi * im);
-        filtered.im.push(fr * im + fi * re);
+        filtered.push(filter * d.point(i));
     }
     filtered
 }
@@ -332,13 +300,8 @@ fn filtered(d: &Parts, w: &Parts, a: f64) -> Parts {
 fn angles(characteristic: &Characteristic, axis: &LinearAxis, period_s: f64) -> Vec<f64> {
     let corners_radps = axis.corners_radps();
     let slowest = corners_radps.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut theta = (slowest * period_s / 30.0).clamp(1e-12, 0.01);
-    let mut base = Vec::new();
-    while theta < PI {
-        base.push(theta);
-        theta = (theta * RATIO).min(theta + DISTANCE);
-    }
-    base.push(PI);
+    let first = (slowest * period_s / 30.0).clamp(1e-12, 0.01);
+    let base = rising(first, DISTANCE).take_while(|&theta| theta < PI);
     // A frequency beyond the middle of the spectrum appears folded.
     let folded = corners_radps.map(|corner| {
         let turns = corner * period_s / (2.0 * PI);
@@ -350,7 +313,7 @@ fn angles(characteristic: &Characteristic, axis: &LinearAxis, period_s: f64) -> 
         let points = refined(base, &folded, LIMITS, response, bends);
         points.iter().map(|&(theta, _)| theta).collect()
     };
-    let theta = of_part(base, 0);
+    let theta = of_part(base.chain([PI]).collect(), 0);
     match axis.position_of {
         Shaft::Motor => theta,
         // What K_d sees bends elsewhere.

@@ -18,20 +18,20 @@
 //! In w the poles keep their digits: `w = e^{sΔt} − 1 ≈ s·Δt` (Middleton and
 //! Goodwin, "Digital Control and Estimation", 1990).
 
-use nalgebra::{Complex, SMatrix, SVector};
+use nalgebra::Complex;
 use plant::Width;
 
-use super::linear_axis::{LinearAxis, Shaft};
+use super::linear_axis::{Column, LinearAxis, Shaft, Square};
 
 /// One sample of a linear axis with N states, the first being β.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct HeldStep<const N: usize> {
     /// `Φ − 1`.
-    pub(crate) change: SMatrix<f64, N, N>,
+    pub(crate) change: Square<N>,
     /// `Γ0`, of the voltage of this sample.
-    pub(crate) present: SVector<f64, N>,
+    pub(crate) present: Column<N>,
     /// `Γ1`, of the voltage of the last one.
-    pub(crate) past: SVector<f64, N>,
+    pub(crate) past: Column<N>,
 }
 
 /// Halvings that a step may need; 2^60 of them no finite A does.
@@ -42,10 +42,7 @@ const TERMS: u32 = 16;
 
 /// `ψ(t)` and `e^{At}`, by a Taylor series on a short step and doubling,
 /// `ψ(2h) = ψ(h) + e^{Ah}·ψ(h)`.
-fn integral<const N: usize>(
-    a: &SMatrix<f64, N, N>,
-    length_s: f64,
-) -> (SMatrix<f64, N, N>, SMatrix<f64, N, N>) {
+fn integral<const N: usize>(a: &Square<N>, length_s: f64) -> (Square<N>, Square<N>) {
     let norm = (0..N)
         .map(|j| a.column(j).iter().map(|entry| entry.abs()).sum::<f64>())
         .fold(0.0, f64::max);
@@ -54,7 +51,7 @@ fn integral<const N: usize>(
         h *= 0.5;
         halvings += 1;
     }
-    let identity = SMatrix::<f64, N, N>::identity();
+    let identity = Square::<N>::identity();
     // ψ(h) = h·(1 + Ah/2·(1 + Ah/3·(1 + …)))
     let mut series = identity;
     for n in (2..=TERMS).rev() {
@@ -73,11 +70,7 @@ fn integral<const N: usize>(
 impl<const N: usize> HeldStep<N> {
     /// The step of `ẋ = A·x + B·u` over `period_s` with the new voltage after `delay_s`; of
     /// a current drive the commanded current.
-    pub(crate) fn new(
-        (a, b): &(SMatrix<f64, N, N>, SVector<f64, N>),
-        period_s: f64,
-        delay_s: f64,
-    ) -> Self {
+    pub(crate) fn new((a, b): &(Square<N>, Column<N>), period_s: f64, delay_s: f64) -> Self {
         let (whole, _) = integral(a, period_s);
         let (rest, after) = integral(a, period_s - delay_s);
         let (delayed, _) = integral(a, delay_s);
@@ -93,10 +86,8 @@ impl<const N: usize> HeldStep<N> {
 /// `(present·z + past)/(z·w·poles)`, the pole at w = 0 being the angle itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PulseResponse {
-    /// Poles of the axis but for the angle, degree 1 to 5.
+    /// Poles of the axis but for the angle, of degree 1 to 5: one less than it has states.
     pub(crate) poles: Polynomial,
-    /// That degree.
-    pub(crate) degree: usize,
     /// Zeros for the voltage of this sample.
     pub(crate) present: Polynomial,
     /// Zeros for the voltage of the last one.
@@ -133,25 +124,24 @@ impl PulseResponse {
         let step = HeldStep::<N>::new(&system, period_s, delay_s);
         let w = step.change.fixed_view::<M, M>(1, 1).into_owned();
         let row = step.change.fixed_view::<1, M>(0, 1).into_owned();
-        let rest = |gamma: &SVector<f64, N>| gamma.fixed_view::<M, 1>(1, 0).into_owned();
+        let rest = |gamma: &Column<N>| gamma.fixed_view::<M, 1>(1, 0).into_owned();
         let (present, past) = (rest(&step.present), rest(&step.past));
 
         let mut poles = Polynomial::ZERO;
         let (mut through_present, mut through_past) = (Polynomial::ZERO, Polynomial::ZERO);
         poles.0[M] = 1.0;
-        let mut adjugate = SMatrix::<f64, M, M>::identity();
+        let mut adjugate = Square::<M>::identity();
         let mut divisor = 1.0;
         for k in (0..M).rev() {
             through_present.0[k] = (row * (adjugate * present))[0];
             through_past.0[k] = (row * (adjugate * past))[0];
             let product = w * adjugate;
             poles.0[k] = -product.trace() / divisor;
-            adjugate = product + SMatrix::<f64, M, M>::identity() * poles.0[k];
+            adjugate = product + Square::<M>::identity() * poles.0[k];
             divisor += 1.0;
         }
         Self {
             poles,
-            degree: M,
             present: through_present.plus(&poles.scaled(step.present[0])),
             past: through_past.plus(&poles.scaled(step.past[0])),
         }

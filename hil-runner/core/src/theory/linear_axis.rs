@@ -6,6 +6,10 @@ use plant::{Amplifier, AxisParameters, Control, Joint};
 use crate::case::{Case, Law};
 use crate::options::Feedback;
 
+/// A square matrix, and a column of one.
+pub(crate) type Square<const N: usize> = SMatrix<f64, N, N>;
+pub(crate) type Column<const N: usize> = SVector<f64, N>;
+
 /// State of the joint in the linear picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum JointState {
@@ -184,13 +188,13 @@ impl LinearAxis {
     }
 
     /// A and B, B of a volt or an ampere of the command; N is [`Self::states`].
-    pub(crate) fn system<const N: usize>(&self) -> (SMatrix<f64, N, N>, SVector<f64, N>) {
+    pub(crate) fn system<const N: usize>(&self) -> (Square<N>, Column<N>) {
         let (km, r, l) = self.armature();
         let (j1, d) = (self.gear_kg_m2, self.drag_nms_per_rad);
-        let mut a = SMatrix::<f64, N, N>::zeros();
-        let mut b = SVector::<f64, N>::zeros();
+        let mut a = Square::<N>::zeros();
+        let mut b = Column::<N>::zeros();
         // The bodies with a torque of one newton metre on the first.
-        let mut per_torque = SVector::<f64, N>::zeros();
+        let mut per_torque = Column::<N>::zeros();
         per_torque[1] = 1.0 / j1;
         a[(0, 1)] = 1.0;
         match self.load {
@@ -236,7 +240,7 @@ impl LinearAxis {
     /// The same of two bodies with the screw first: γ = β − ε and γ̇ for β and β̇.
     /// The screw's own row keeps the digits that a difference of two large answers
     /// would lose.
-    pub(crate) fn system_of_screw<const N: usize>(&self) -> (SMatrix<f64, N, N>, SVector<f64, N>) {
+    pub(crate) fn system_of_screw<const N: usize>(&self) -> (Square<N>, Column<N>) {
         let (mut a, mut b) = self.system::<N>();
         for (first, joint) in [(0, 2), (1, 3)] {
             let row = a.row(first) - a.row(joint);
@@ -353,25 +357,25 @@ impl LinearAxis {
     pub(crate) fn corners_radps(&self) -> [f64; 4] {
         let (km, r, l) = self.armature();
         let j1 = self.gear_kg_m2;
-        let run_up = |j: f64| (km * km / r + self.drag_nms_per_rad) / j;
-        let electrical = |j: f64| match self.actuator {
-            Actuator::Voltage => [run_up(j), r / l],
+        let (inertia_kg_m2, joint) = match self.load {
+            None => (j1, None),
+            Some(load) => {
+                let (j2, k) = (load.screw_kg_m2, load.stiffness_nm_per_rad);
+                // The antiresonance, then the resonance.
+                (j1 + j2, Some([(k / j2).sqrt(), (k / j1 + k / j2).sqrt()]))
+            }
+        };
+        let [one, other] = match self.actuator {
+            Actuator::Voltage => {
+                let run_up = (km * km / r + self.drag_nms_per_rad) / inertia_kg_m2;
+                [run_up, r / l]
+            }
             Actuator::CurrentLoop { omega_radps } => [omega_radps, r / l],
             // A double integrator has no corner; any frequency will do.
             Actuator::IdealCurrent => [IDEAL_CORNER_RADPS; 2],
         };
-        match self.load {
-            None => {
-                let [one, other] = electrical(j1);
-                [one, other, one, other]
-            }
-            Some(load) => {
-                let (j2, k) = (load.screw_kg_m2, load.stiffness_nm_per_rad);
-                let (antiresonance, resonance) = ((k / j2).sqrt(), (k / j1 + k / j2).sqrt());
-                let [one, other] = electrical(j1 + j2);
-                [one, other, antiresonance, resonance]
-            }
-        }
+        let [third, fourth] = joint.unwrap_or([one, other]);
+        [one, other, third, fourth]
     }
 }
 

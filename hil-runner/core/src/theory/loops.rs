@@ -322,10 +322,7 @@ pub fn no_loop(case: &Case, joint: JointState) -> Option<&'static str> {
             );
         }
     }
-    if controller
-        .sample_time_ns
-        .is_none_or(|period_ns| period_ns == 0)
-    {
+    if controller.sample_time_ns.unwrap_or(0) == 0 {
         return Some("without controller.sample_time_s there is no sampled loop");
     }
     if controller.computation_delay.fixed_ns().is_none() {
@@ -341,20 +338,12 @@ pub fn left_out(case: &Case) -> Option<String> {
     }
     let law = &case.options.law;
     let keys = [
-        (
-            "controller.slew_limit_codes_per_s",
-            law.slew_limit_codes_per_s.is_some(),
-        ),
-        (
-            "controller.rest_dead_band_counts",
-            law.rest_dead_band_counts > 0,
-        ),
-        (
-            "controller.rest_integrator",
-            law.rest_integrator != RestIntegrator::Run,
-        ),
+        law.slew_limit_codes_per_s
+            .map(|_| "controller.slew_limit_codes_per_s"),
+        (law.rest_dead_band_counts > 0).then_some("controller.rest_dead_band_counts"),
+        (law.rest_integrator != RestIntegrator::Run).then_some("controller.rest_integrator"),
     ];
-    let keys: Vec<&str> = keys.iter().filter(|key| key.1).map(|key| key.0).collect();
+    let keys: Vec<&str> = keys.into_iter().flatten().collect();
     (!keys.is_empty()).then(|| format!("the linear loop leaves out {}", keys.join(", ")))
 }
 

@@ -36,7 +36,7 @@ mod stiffness;
 #[cfg(test)]
 mod tests;
 
-pub use characteristic::{LoopGains, is_papers_loop, loop_gain};
+pub use characteristic::{LoopGains, is_papers_loop};
 pub use curve::Margin;
 pub use curves::{LoopCurve, LoopCurves};
 pub use cycles::{

@@ -19,12 +19,10 @@
 //! with them. At rest the errors are no noise: the axis stands, or cycles
 //! ([`super::encoder_cycle`], [`super::dac_cycle`]).
 
-use nalgebra::{SMatrix, SVector};
-
 use super::characteristic::{LoopGains, is_papers_loop};
 use super::family::LoopFamily;
 use super::held::HeldStep;
-use super::linear_axis::JointState;
+use super::linear_axis::{Column, JointState, Square};
 use crate::case::{Case, Law};
 use crate::options::Quantiser;
 
@@ -123,12 +121,12 @@ fn variances<const N: usize, const D: usize>(
         false => (a.row(1).transpose(), b[1]),
     };
     let p = axis.pitch_m_per_rad;
-    let mut position = SVector::<f64, D>::zeros();
+    let mut position = Column::<D>::zeros();
     position[0] = p;
     if axis.has_joint() {
         position[2] = -p;
     }
-    let mut acceleration = SVector::<f64, D>::zeros();
+    let mut acceleration = Column::<D>::zeros();
     acceleration.fixed_rows_mut::<N>(0).copy_from(&(screw * p));
     // What a sample adds to its own command acts at once where the current is the command's
     // and nothing delays it; with a delay the command of the last sample acts.
@@ -139,9 +137,9 @@ fn variances<const N: usize, const D: usize>(
     } else {
         acceleration[N] += p * per_command;
     }
-    let of = |state: SVector<f64, D>, own_v: f64| {
+    let of = |state: Column<D>, own_v: f64| {
         let covariance = covariance(&closed.transition, &state);
-        let variance = |row: &SVector<f64, D>| row.dot(&(covariance * row)).max(0.0);
+        let variance = |row: &Column<D>| row.dot(&(covariance * row)).max(0.0);
         let voltage = variance(&closed.voltage) + own_v * own_v;
         let own = acceleration_per_own * own_v;
         [
@@ -161,10 +159,7 @@ fn variances<const N: usize, const D: usize>(
 const MOST_DOUBLINGS: u32 = 40;
 
 /// `Σ_k F^k·g·gᵀ·(F^k)ᵀ` of a stable F.
-fn covariance<const D: usize>(
-    transition: &SMatrix<f64, D, D>,
-    noise: &SVector<f64, D>,
-) -> SMatrix<f64, D, D> {
+fn covariance<const D: usize>(transition: &Square<D>, noise: &Column<D>) -> Square<D> {
     let mut power = *transition;
     let mut sum = noise * noise.transpose();
     for _ in 0..MOST_DOUBLINGS {
@@ -184,13 +179,13 @@ fn covariance<const D: usize>(
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ClosedLoop<const D: usize> {
     /// `F`.
-    transition: SMatrix<f64, D, D>,
+    transition: Square<D>,
     /// Share of an error of 1 rad at the motor to X(k+1).
-    per_error: SVector<f64, D>,
+    per_error: Column<D>,
     /// Share of a volt on top of the law's in X(k+1).
-    per_volt: SVector<f64, D>,
+    per_volt: Column<D>,
     /// The law's voltage `u(k)` as coefficients of X(k) …
-    voltage: SVector<f64, D>,
+    voltage: Column<D>,
     /// … and of an error of 1 rad at t_k.
     voltage_per_error: f64,
 }
@@ -207,21 +202,21 @@ impl<const D: usize> ClosedLoop<D> {
         let (kp, ki, kd) = (gains.kp_v_per_rad, gains.ki_v_per_rads, gains.kd_vs_per_rad);
         // u = (K_p + K_i·T + K_d/T)·e + K_i·S − K_d/T·e_prev, e = −β/z.
         let voltage_per_error = kp + ki * period_s + kd / period_s;
-        let mut measured = SVector::<f64, D>::zeros();
+        let mut measured = Column::<D>::zeros();
         measured[0] = -1.0 / gear_ratio;
         let mut voltage = measured * voltage_per_error;
         voltage[sum] += ki;
         voltage[error] -= kd / period_s;
 
-        let mut per_volt = SVector::<f64, D>::zeros();
+        let mut per_volt = Column::<D>::zeros();
         per_volt.fixed_rows_mut::<N>(0).copy_from(&step.present);
         per_volt[past] = 1.0;
-        let mut free = SMatrix::<f64, D, D>::zeros();
+        let mut free = Square::<D>::zeros();
         free.fixed_view_mut::<N, N>(0, 0)
-            .copy_from(&(SMatrix::<f64, N, N>::identity() + step.change));
+            .copy_from(&(Square::<N>::identity() + step.change));
         free.fixed_view_mut::<N, 1>(0, past).copy_from(&step.past);
         free[(sum, sum)] = 1.0;
-        let mut remembered = SVector::<f64, D>::zeros();
+        let mut remembered = Column::<D>::zeros();
         remembered[sum] = period_s;
         remembered[error] = 1.0;
         Self {

@@ -5,9 +5,8 @@
 //! other loops, wait for none of it. Each lane has one, with the operations of a search by
 //! itself in their order.
 
-use fearless_simd::Level;
 use nalgebra::Complex;
-use plant::{Four, Width};
+use plant::{Four, Width, widest};
 
 /// Steps of the search for a minimum; two or three are the rule.
 const MOST_STEPS: u32 = 12;
@@ -108,12 +107,8 @@ pub(super) struct Minimum {
 }
 
 /// Finds all of them.
-pub(super) fn search(
-    level: Level,
-    zeros: &mut [Zero],
-    minima: &mut [Minimum],
-    response: &impl Response,
-) {
+pub(super) fn search(zeros: &mut [Zero], minima: &mut [Minimum], response: &impl Response) {
+    let level = widest();
     #[cfg(target_arch = "x86_64")]
     if let Some(simd) = level.as_avx512() {
         use fearless_simd::Simd;
@@ -142,7 +137,7 @@ fn side_by_side<W: Width>(
 
 /// One number of each lane's search; lanes without one repeat the last.
 #[inline(always)]
-fn gathered<W: Width, T>(w: W, searches: &[T], of: impl Fn(&T) -> f64) -> W::Vector {
+pub(super) fn gathered<W: Width, T>(w: W, searches: &[T], of: impl Fn(&T) -> f64) -> W::Vector {
     let mut numbers = W::array(0.0);
     for (lane, number) in numbers.as_mut().iter_mut().enumerate() {
         *number = of(&searches[lane.min(searches.len() - 1)]);

@@ -25,11 +25,11 @@
 use core::ops::Range;
 
 use nalgebra::Complex;
-use plant::with_four;
+use plant::{widest, with_four};
 
 use super::characteristic::LoopGains;
-use super::curve::{Curve, NEAR};
-use super::family::{LoopFamily, Parts, Room};
+use super::curve::{Curve, NEAR, Parts};
+use super::family::{LoopFamily, Room};
 use super::held::on_circle;
 use super::linear_axis::Shaft;
 use super::search::LaneByLane;
@@ -82,13 +82,10 @@ impl Compliance {
     ) -> (Complex<f64>, [Complex<f64>; 3]) {
         let (axis, t) = (&family.axis, family.period_s);
         let s = Complex::new(0.0, theta / t);
-        let [gear, screw] = axis.answers(s);
-        let [screw_per_command, screw_per_force] = screw;
-        let (per_command, free) = (
-            screw_per_command * axis.pitch_m_per_rad,
-            screw_per_force * axis.pitch_m_per_rad,
-        );
-        let motor = gear[1] / axis.gear_ratio;
+        let [[_, gear_per_force], [screw_per_command, screw_per_force]] = axis.answers(s);
+        let [per_command, free] =
+            [screw_per_command, screw_per_force].map(|screw| screw * axis.pitch_m_per_rad);
+        let motor = gear_per_force / axis.gear_ratio;
         let position = match axis.position_of {
             Shaft::Motor => motor,
             Shaft::Screw => screw_per_force / axis.gear_ratio,
@@ -111,17 +108,14 @@ impl Compliance {
         gains: &[LoopGains],
     ) -> Vec<f64> {
         room.finds.clear();
-        let units = gains
-            .iter()
-            .map(|gains| self.look_over(family, room, gains));
-        let units: Vec<f64> = units.collect();
+        let look = |gains: &LoopGains| self.look_over(family, room, gains);
+        let units: Vec<f64> = gains.iter().map(look).collect();
         room.finds.search(&LaneByLane(|run: usize, theta| {
             in_units(Self::at(family, &gains[run], theta), units[run])
         }));
-        let moduli = room.finds.moduli().into_iter().zip(&units);
-        moduli
-            .map(|(modulus, unit)| 1e-6 * modulus / unit)
-            .collect()
+        let stiffness = |(modulus, unit): (f64, &f64)| 1e-6 * modulus / unit;
+        let moduli = room.finds.moduli().into_iter();
+        moduli.zip(&units).map(stiffness).collect()
     }
 
     /// Looks over the curve of `F/x − 1`, in units of the least |F/x|: the largest |x/F| of a
@@ -133,10 +127,10 @@ impl Compliance {
             stiffness,
             finds,
         } = room;
-        family.combine(&family.parts, gains, finds.level, l);
-        family.combine(&self.parts, gains, finds.level, compliance);
+        family.combine(&family.parts, gains, l);
+        family.combine(&self.parts, gains, compliance);
         with_four(
-            finds.level,
+            widest(),
             #[inline(always)]
             || closed(&self.free, l, compliance),
         );
@@ -153,16 +147,13 @@ impl Compliance {
             (_, size) = largest(compliance);
         }
         let (unit, near) = (size.sqrt(), near(compliance, size));
-        stiffness.re.clear();
-        stiffness.im.clear();
+        stiffness.clear();
         for i in near.clone() {
-            let at = Complex::new(compliance.re[i], compliance.im[i]);
-            stiffness.push(in_units(at, unit));
+            stiffness.push(in_units(compliance.point(i), unit));
         }
         finds.add_modulus(&Curve {
             frequency: &theta[near],
-            re: &stiffness.re,
-            im: &stiffness.im,
+            l: stiffness,
             ends_real: false,
         });
         unit
@@ -189,14 +180,13 @@ fn closed(free: &Parts, l: &Parts, compliance: &mut Parts) {
 
 /// Place and squared size of the largest.
 fn largest(points: &Parts) -> (usize, f64) {
-    let mut most = (0, 0.0);
-    for (place, (re, im)) in points.re.iter().zip(&points.im).enumerate() {
-        let size = re * re + im * im;
-        if size > most.1 {
-            most = (place, size);
-        }
-    }
-    most
+    let sizes = points
+        .re
+        .iter()
+        .zip(&points.im)
+        .map(|(re, im)| re * re + im * im);
+    let larger = |most: (usize, f64), next: (usize, f64)| if next.1 > most.1 { next } else { most };
+    sizes.enumerate().fold((0, 0.0), larger)
 }
 
 /// The points within which the least stiffness is, and two more to each side: those at

@@ -308,9 +308,8 @@ pub struct Restarts {
     asked: Vec<Vec<f64>>,
     /// Generations since the search found something better.
     idle: usize,
-    /// The best point of the search under way, and of those before it.
-    best: Best,
-    ended: Vec<Best>,
+    /// The best point of each search, the last of them under way.
+    searches: Vec<Best>,
 }
 
 impl Restarts {
@@ -325,8 +324,7 @@ impl Restarts {
             random,
             asked: Vec::new(),
             idle: 0,
-            best: None,
-            ended: Vec::new(),
+            searches: vec![None],
         }
     }
 
@@ -347,23 +345,24 @@ impl Restarts {
         self.left = self.left.saturating_sub(judged.len());
         self.idle += 1;
         let first = order.first().map(|&place| (place, judged[place]));
-        let known = self.best.as_ref().map(|(_, judged)| *judged);
         if let Some((place, judged)) = first
-            && known.is_none_or(|known| judged.compare(&known).is_lt())
+            && let Some(best) = self.searches.last_mut()
+            && (best.as_ref()).is_none_or(|(_, known)| judged.compare(known).is_lt())
             && let Some(point) = self.asked.get(place)
         {
-            self.best = Some((point.clone(), judged));
+            *best = Some((point.clone(), judged));
             self.idle = 0;
         }
         self.cma.tell(&order);
         let variables = self.cma.mean.len();
         let patience = 6 + 18 * variables / self.cma.constants.weights.len();
         if self.left > 0 && (self.cma.spread() < ENDED || self.idle > patience) {
-            let population = self.population << (self.ended.len() / 2).min(MOST_DOUBLINGS);
+            let ended = self.searches.len() - 1;
+            let population = self.population << (ended / 2).min(MOST_DOUBLINGS);
             let start: Vec<f64> = (0..variables).map(|_| self.random.uniform()).collect();
             self.cma = Cma::new(&start, WIDE, population, self.random.next());
             self.idle = 0;
-            self.ended.push(self.best.take());
+            self.searches.push(None);
         }
     }
 
@@ -376,7 +375,7 @@ impl Restarts {
     /// The best point of each search in their order, the last of them still under way:
     /// several optima show as searches that ended in different places.
     pub fn bests(&self) -> impl Iterator<Item = &(Vec<f64>, Judged)> {
-        self.ended.iter().chain([&self.best]).flatten()
+        self.searches.iter().flatten()
     }
 }
 

@@ -10,6 +10,9 @@ use crate::number;
 use crate::runfile::tune_settings::{Drawn, Over, OverSpread};
 use crate::runfile::{KeyPath, KeyValue, Template};
 
+/// Keys with the values that they take together.
+type Point = Vec<(KeyPath, KeyValue)>;
+
 /// Corners at most: four keys of three values.
 pub const MOST_CORNERS: usize = 81;
 
@@ -24,8 +27,11 @@ pub fn corners(
     draws: u64,
     seed: u64,
 ) -> Result<Vec<Corner>, String> {
-    let mut points: Vec<Vec<(KeyPath, KeyValue)>> = vec![Vec::new()];
+    let (mut points, mut drawn) = (vec![Point::new()], Vec::new());
     for over in over {
+        if let OverSpread::Drawn(own) = &over.spread {
+            drawn.push((over.key, own.clone()));
+        }
         let values = values(template, over)?;
         if values.is_empty() {
             continue;
@@ -43,17 +49,7 @@ pub fn corners(
             return Err(format!("tune.over makes more than {MOST_CORNERS} corners"));
         }
     }
-    let drawn: Vec<(KeyPath, Drawn)> = over
-        .iter()
-        .filter_map(|over| match &over.spread {
-            OverSpread::Drawn(drawn) => Some((over.key, drawn.clone())),
-            _ => None,
-        })
-        .collect();
-    let mut random = Pcg64Mcg::seed_from_u64(seed);
-    for _ in 0..draws {
-        points.push(drawn_point(template, &drawn, &mut random)?);
-    }
+    points.extend(drawn_points(template, &drawn, draws, seed)?);
     // The file's own comes first, whether or not the corners have it.
     let own = template.base().clone();
     let mut corners = vec![Corner::new(label(&[]), own)];
@@ -107,13 +103,15 @@ fn own(template: &Template, key: &KeyPath) -> Result<f64, String> {
     })
 }
 
-/// A value of every key.
-fn drawn_point(
+/// So many times a value of every key.
+fn drawn_points(
     template: &Template,
     drawn: &[(KeyPath, Drawn)],
-    random: &mut Pcg64Mcg,
-) -> Result<Vec<(KeyPath, KeyValue)>, String> {
-    let value = |(key, drawn): &(KeyPath, Drawn)| {
+    count: u64,
+    seed: u64,
+) -> Result<Vec<Point>, String> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut value = |(key, drawn): &(KeyPath, Drawn)| {
         let part = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
         let value = drawn.distribution.quantile(part);
         let factor = match drawn.is_factor {
@@ -122,7 +120,8 @@ fn drawn_point(
         };
         Ok((*key, key.value(factor * value)))
     };
-    drawn.iter().map(value).collect()
+    let point = |_| drawn.iter().map(&mut value).collect();
+    (0..count).map(point).collect()
 }
 
 /// Axes on which a yield is told, drawn from what `[tune]` is over, corners as uniform
@@ -159,18 +158,16 @@ pub fn tolerance(
     if drawn.is_empty() {
         drawn = usual(template);
     }
-    let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let mut all = Vec::new();
-    for _ in 0..axes {
-        let point = drawn_point(template, &drawn, &mut random)?;
+    let points = drawn_points(template, &drawn, axes, seed)?;
+    let all = points.iter().filter_map(|point| {
         let case = template.case(point.iter().map(|(key, value)| (key, value)));
-        all.extend(case.map(|case| Corner::new(String::new(), case)));
-    }
+        Some(Corner::new(String::new(), case.ok()?))
+    });
     let words = drawn.iter().map(|(key, drawn)| {
         let factor = if drawn.is_factor { "× " } else { "" };
         format!("{} {factor}{}", key.path(), drawn.distribution)
     });
-    Ok((all, words.collect()))
+    Ok((all.collect(), words.collect()))
 }
 
 /// The tolerances of the ready study of that name, of the keys that the file gives.

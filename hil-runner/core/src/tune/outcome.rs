@@ -8,7 +8,7 @@ use super::prepare::{NeededKey, Prepared};
 use super::problem::{Problem, Seen};
 use super::search::Found;
 use super::start::Start;
-use super::variable::{Span, Variable};
+use super::variable::Variable;
 use crate::budget::{Verdict, judged};
 use crate::case::{Case, Limit};
 use crate::error::RunError;
@@ -191,13 +191,12 @@ impl TuneOutcome {
             problem,
             starts,
             needed,
-            template,
         } = prepared;
         let Found { best, archive, .. } = found;
         let points = |seen: Vec<&Seen>| seen.into_iter().map(|seen| point(problem, seen)).collect();
         let others = other_optima(problem, &found.ends, best);
         Self {
-            name: template.base().name.clone(),
+            name: problem.template.base().name.clone(),
             settings: archive.len() as u64,
             runs: archive.iter().map(|seen| seen.runs).sum(),
             seed,
@@ -329,19 +328,13 @@ fn values(problem: &Problem, seen: &Seen) -> Vec<String> {
 fn keys(problem: &Problem, own: &Seen, best: &Seen) -> Vec<KeyRow> {
     let values = values(problem, own).into_iter().zip(values(problem, best));
     let rows = problem.variables.iter().zip(values);
-    let row = |(variable, (before, after)): (&Variable, _)| {
-        let ends = match variable.span {
-            Span::Linear { low, high } | Span::Log { low, high } => [low, high],
-            Span::Words(words) => [0.0, words.len() as f64 - 1.0],
-        };
-        KeyRow {
-            key: variable.path(),
-            unit: variable.tuned.key.key.unit,
-            range: ends.map(|end| variable.key_value(end).to_toml()),
-            origin: variable.origin,
-            before,
-            after,
-        }
+    let row = |(variable, (before, after)): (&Variable, _)| KeyRow {
+        key: variable.path(),
+        unit: variable.tuned.key.key.unit,
+        range: (variable.ends()).map(|end| variable.key_value(end).to_toml()),
+        origin: variable.origin,
+        before,
+        after,
     };
     rows.map(row).collect()
 }
@@ -404,16 +397,11 @@ fn of_95(runs: &[&Result<Summary, RunError>], figure: &str, at_least: bool) -> O
     let made = runs.iter().filter_map(|run| run.as_ref().ok());
     let values = made.filter_map(|summary| summary.figure(figure));
     let mut values: Vec<f64> = match at_least {
-        true => values.collect(),
+        true => values.map(|value| -value).collect(),
         false => values.map(f64::abs).collect(),
     };
-    values.sort_by(|a, b| {
-        if at_least {
-            b.total_cmp(a)
-        } else {
-            a.total_cmp(b)
-        }
-    });
+    values.sort_by(f64::total_cmp);
     let rank = (95 * runs.len()).div_ceil(100);
-    values.get(rank.checked_sub(1)?).copied()
+    let value = *values.get(rank.checked_sub(1)?)?;
+    Some(if at_least { -value } else { value })
 }

@@ -36,8 +36,6 @@ pub struct Prepared {
     pub starts: Vec<Start<Vec<f64>>>,
     /// Keys that are set besides the tuned ones.
     pub needed: Vec<NeededKey>,
-    /// The case as the search begins with it: the needed keys set, on rung `firmware`.
-    pub template: Template,
 }
 
 /// A tune that cannot begin.
@@ -122,13 +120,10 @@ pub fn prepare(file: &Template, settings: &TuneSettings) -> Result<Prepared, Tun
     let aims = settings.minimise.iter().map(aim).collect();
     let corners = corners(&template, &settings.over, settings.draws, settings.seed);
     let corners = corners.map_err(TuneError::Sentence)?;
-    let starts = rows(base, &variables, rules);
-    let problem = Problem::new(template.clone(), variables, aims, requirements, corners);
     Ok(Prepared {
-        problem,
-        starts,
+        starts: rows(base, &variables, rules),
+        problem: Problem::new(template, variables, aims, requirements, corners),
         needed,
-        template,
     })
 }
 
@@ -229,11 +224,10 @@ fn cascade(case: &Case, gains: PidGains) -> CascadeGains {
 /// # Errors
 /// The sentence that asks for a range where there is none to go by.
 fn variable(tuned: TunedKey, known: &[&Case], template: &Template) -> Result<Variable, String> {
-    let span = |[low, high]: [f64; 2]| match (is_gain(&tuned.key) || is_factor_like(&tuned))
-        && low > 0.0
-    {
-        true => Span::Log { low, high },
-        false => Span::Linear { low, high },
+    let is_factor = is_gain(&tuned.key) || is_factor_like(&tuned);
+    let span = |ends: [f64; 2]| match is_factor && ends[0] > 0.0 {
+        true => Span::Log(ends),
+        false => Span::Linear(ends),
     };
     let (span, origin) = match (tuned.key.key.kind, tuned.range) {
         (Kind::Choice(words), _) => (Span::Words(words), "its words"),
@@ -270,29 +264,35 @@ fn usual_range(
             return Ok(([least / AROUND_GAIN, most * AROUND_GAIN], origin));
         }
     }
-    if is_feed_forward(key) {
-        let origin = "up to 1.5 times the plant's value";
-        let of_plant = number_of(tuned, &with_plant(base)).filter(|of_plant| *of_plant > 0.0);
-        let range = of_plant.map(|of_plant| ([0.0, MOST_OF_PLANT * of_plant], origin));
-        return range.ok_or_else(|| {
-            let path = tuned.path();
-            format!("{path} has no range: the plant asks for none of it; give one in [tune.range]")
-        });
-    }
     if key.name == "derivative_filter_s"
         && let Some(period_ns) = base.controller.sample_time_ns
     {
         let longest_s = LONGEST_FILTER * number::seconds(period_ns);
         return Ok(([0.0, longest_s], "up to ten sample times"));
     }
-    let own = number_of(tuned, base).or_else(|| template.own_number(&tuned.key));
-    let origin = "half to twice the file's value";
-    let own = own.filter(|own| *own > 0.0);
-    let range = own.map(|own| ([own / AROUND_VALUE, own * AROUND_VALUE], origin));
-    range.ok_or_else(|| {
-        let path = tuned.path();
-        format!("{path} has no range and no value in the file to go by; give one in [tune.range]")
-    })
+    let (value, [least, most], origin, why) = match is_feed_forward(key) {
+        true => (
+            number_of(tuned, &with_plant(base)),
+            [0.0, MOST_OF_PLANT],
+            "up to 1.5 times the plant's value",
+            ": the plant asks for none of it",
+        ),
+        false => (
+            number_of(tuned, base).or_else(|| template.own_number(&tuned.key)),
+            [1.0 / AROUND_VALUE, AROUND_VALUE],
+            "half to twice the file's value",
+            " and no value in the file to go by",
+        ),
+    };
+    match value.filter(|value| *value > 0.0) {
+        Some(value) => Ok(([value * least, value * most], origin)),
+        None => {
+            let path = tuned.path();
+            Err(format!(
+                "{path} has no range{why}; give one in [tune.range]"
+            ))
+        }
+    }
 }
 
 /// True of a positive quantity whose ratios count: times and limits.

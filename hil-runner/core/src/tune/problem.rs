@@ -74,9 +74,10 @@ pub struct Problem {
     pub requirements: Vec<Requirement>,
     /// The axes, the file's own first.
     pub corners: Vec<Corner>,
-    /// The runs of the file's own setting on each of them.
+    /// The case as the search begins with it: the needed keys set, on rung `firmware`.
+    pub template: Template,
+    /// The runs of the file's own setting on each corner.
     before: Vec<Summary>,
-    template: Template,
 }
 
 /// A setting that was looked at.
@@ -182,18 +183,14 @@ impl Problem {
 
     /// Values of the variables at a place of the unit box.
     pub fn values(&self, units: &[f64]) -> Vec<f64> {
-        let variables = self.variables.iter().zip(units);
-        variables
-            .map(|(variable, unit)| variable.value(*unit))
-            .collect()
+        let each = self.variables.iter().zip(units);
+        each.map(|(of, unit)| of.value(*unit)).collect()
     }
 
     /// The place of values in the unit box.
     pub fn units(&self, values: &[f64]) -> Vec<f64> {
-        let variables = self.variables.iter().zip(values);
-        variables
-            .map(|(variable, value)| variable.unit(*value))
-            .collect()
+        let each = self.variables.iter().zip(values);
+        each.map(|(of, value)| of.unit(*value)).collect()
     }
 
     /// The file's own case with values of the variables; none where they make no run.

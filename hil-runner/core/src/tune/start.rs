@@ -88,53 +88,44 @@ fn largest_ki(case: &Case, least: [Option<f64>; 2]) -> Result<PidGains, String> 
         unit.times(1.0 / contact.at(&unit, crossover * period_s).norm_sqr().sqrt())
     };
     let [least_contact, least_gap] = least.map(|least| least.unwrap_or(0.0));
-    // K_i where the margins are kept.
-    let worth = |shape: Shape| -> Option<f64> {
+    // The K_i of a shape that keeps the margins.
+    let worth = |shape: Shape| -> Option<(f64, Shape)> {
         let gains = gains(shape);
         let kept = |family: &LoopFamily, least| family.signed_modulus(&gains) >= least;
         let ki = gains.ki_v_per_rads;
         let is_kept =
             kept(&contact, least_contact) && gap.as_ref().is_none_or(|gap| kept(gap, least_gap));
-        (is_kept && ki.is_finite()).then_some(ki)
+        (is_kept && ki.is_finite()).then_some((ki, shape))
     };
-    let fastest = 1.0 / (0.5 * period_s + delay_s);
-    let mut best: Option<(f64, Shape)> = None;
-    let offer = |shape: Shape, best: &mut Option<(f64, Shape)>| {
-        let Some(ki) = worth(shape) else { return false };
-        let better = best.is_none_or(|(known, _)| ki > known);
-        if better {
-            *best = Some((ki, shape));
-        }
-        better
+    // Of equal ones the first.
+    let best_of = |shapes: &mut dyn Iterator<Item = Shape>| {
+        let known = shapes.filter_map(worth);
+        known.reduce(|best, other| if best.0 < other.0 { other } else { best })
     };
     let steps = |[low, high]: [f64; 2]| {
         let count = libm::ceil(libm::log(high / low) / libm::log(COARSE)) as i32;
         (0..=count).map(move |k| low * libm::pow(COARSE, f64::from(k)))
     };
-    for crossover in steps(CROSSOVERS).map(|share| share * fastest) {
-        for lead in steps(LEADS) {
-            for reset in steps(RESETS) {
-                offer([crossover, lead, reset], &mut best);
-            }
-        }
-    }
+    let fastest = 1.0 / (0.5 * period_s + delay_s);
+    let crossovers = steps(CROSSOVERS).map(|share| share * fastest);
+    let mut grid = crossovers.flat_map(|crossover| {
+        let leads = steps(LEADS);
+        leads.flat_map(move |lead| steps(RESETS).map(move |reset| [crossover, lead, reset]))
+    });
+    let mut best = best_of(&mut grid).ok_or_else(none)?;
     let mut ratio = libm::sqrt(COARSE);
     while ratio > FINE {
-        let Some((_, at)) = best else { break };
-        let mut better = false;
-        for direction in 0..27 {
+        let (ki, at) = best;
+        let mut around = (0..27).map(|direction: i32| {
             let step = |k: u32| libm::pow(ratio, f64::from(direction / 3_i32.pow(k) % 3 - 1));
-            better |= offer(
-                [at[0] * step(0), at[1] * step(1), at[2] * step(2)],
-                &mut best,
-            );
-        }
-        if !better {
-            ratio = libm::sqrt(ratio);
+            [at[0] * step(0), at[1] * step(1), at[2] * step(2)]
+        });
+        match best_of(&mut around).filter(|(other, _)| *other > ki) {
+            Some(better) => best = better,
+            None => ratio = libm::sqrt(ratio),
         }
     }
-    let (_, shape) = best.ok_or_else(none)?;
-    let gains = gains(shape);
+    let gains = gains(best.1);
     Ok(in_codes(
         case,
         [gains.kp_v_per_rad, gains.ki_v_per_rads, gains.kd_vs_per_rad],

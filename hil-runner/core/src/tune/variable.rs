@@ -19,20 +19,10 @@ pub struct Variable {
 /// The values of a variable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Span {
-    /// Equal differences are equal steps.
-    Linear {
-        /// Lowest value.
-        low: f64,
-        /// Highest value.
-        high: f64,
-    },
-    /// Equal ratios are equal steps.
-    Log {
-        /// Lowest value, greater than 0.
-        low: f64,
-        /// Highest value.
-        high: f64,
-    },
+    /// Lowest and highest value; equal differences are equal steps.
+    Linear([f64; 2]),
+    /// The same, both greater than 0; equal ratios are equal steps.
+    Log([f64; 2]),
     /// The words that the key allows, each by its place.
     Words(&'static [&'static str]),
 }
@@ -51,8 +41,8 @@ impl Variable {
     pub fn value(&self, unit: f64) -> f64 {
         let u = unit.clamp(0.0, 1.0);
         match self.span {
-            Span::Linear { low, high } => low + u * (high - low),
-            Span::Log { low, high } => libm::exp(libm::log(low) + u * libm::log(high / low)),
+            Span::Linear([low, high]) => low + u * (high - low),
+            Span::Log([low, high]) => libm::exp(libm::log(low) + u * libm::log(high / low)),
             Span::Words(words) => (u * words.len() as f64)
                 .floor()
                 .min(words.len() as f64 - 1.0),
@@ -62,20 +52,26 @@ impl Variable {
     /// The place of a value in the unit box.
     pub fn unit(&self, value: f64) -> f64 {
         let unit = match self.span {
-            Span::Linear { low, high } => (value - low) / (high - low),
-            Span::Log { low, .. } if value <= low => 0.0,
-            Span::Log { low, high } => libm::log(value / low) / libm::log(high / low),
+            Span::Linear([low, high]) => (value - low) / (high - low),
+            Span::Log([low, _]) if value <= low => 0.0,
+            Span::Log([low, high]) => libm::log(value / low) / libm::log(high / low),
             Span::Words(words) => (value + 0.5) / words.len() as f64,
         };
         unit.clamp(0.0, 1.0)
     }
 
+    /// Lowest and highest value.
+    pub fn ends(&self) -> [f64; 2] {
+        match self.span {
+            Span::Linear(ends) | Span::Log(ends) => ends,
+            Span::Words(words) => [0.0, words.len() as f64 - 1.0],
+        }
+    }
+
     /// The value, or the end of the range that is nearer.
     pub fn within(&self, value: f64) -> f64 {
-        match self.span {
-            Span::Linear { low, high } | Span::Log { low, high } => value.clamp(low, high),
-            Span::Words(_) => value,
-        }
+        let [low, high] = self.ends();
+        value.clamp(low, high)
     }
 
     /// The value that a case has.
@@ -107,18 +103,15 @@ impl Variable {
 
     /// That decimal, so many units of its last digit up or down, within the range.
     pub fn stepped(&self, value: f64, steps: i32) -> f64 {
-        let (low, high) = match self.span {
-            Span::Linear { low, high } | Span::Log { low, high } => (low, high),
-            Span::Words(words) => {
-                return (value + f64::from(steps)).clamp(0.0, words.len() as f64 - 1.0);
-            }
-        };
+        if let Span::Words(_) = self.span {
+            return self.within(value + f64::from(steps));
+        }
         if value == 0.0 && steps == 0 {
             return value;
         }
         // A decimal of no size is told from 0 by the range alone.
         let size = match value == 0.0 {
-            true => 1e-3 * high.abs(),
+            true => 1e-3 * self.ends()[1].abs(),
             false => value.abs(),
         };
         let digits = match is_feed_forward(self.tuned.key.key) {
@@ -129,7 +122,7 @@ impl Variable {
         let unit = decimal(1.0, exponent);
         let count = libm::round(value / unit) + f64::from(steps);
         // The ends themselves may have more digits.
-        decimal(count, exponent).clamp(low, high)
+        self.within(decimal(count, exponent))
     }
 }
 

@@ -133,7 +133,7 @@ fn borders(study: &Study, map: &Map) -> Vec<Curve> {
     let wanted = wanted.filter(|((border, _), _)| map.border.contains(border));
     let (x, y) = (&x, &y);
     let curves = wanted.flat_map(|((_, words), values)| {
-        let lines = Field::of(x, y, values).lines(0.0).into_iter();
+        let lines = Field { x, y, values }.lines(0.0).into_iter();
         lines.map(|points| Curve {
             label: words.to_owned(),
             points,

@@ -24,7 +24,8 @@ const MOST_BARS: usize = 400;
 /// Categories, series and the values of their bars.
 struct Data {
     categories: Different,
-    series: Option<Different>,
+    /// One without a name if the picture names no column.
+    series: Different,
     /// Category by category, one per series.
     bars: Vec<Option<Spread>>,
 }
@@ -33,23 +34,20 @@ impl Data {
     fn of(bars: &Bars, chosen: &mut Chosen<'_>) -> Result<Self, PictureError> {
         let (table, rows, left_out) = (chosen.table, &chosen.rows, &mut chosen.left_out);
         let categories = Different::of(table.column(&bars.category)?, rows)?;
-        let series = bars.series.as_ref();
-        let series = series.map(|name| Different::series(table.column(name)?, rows));
-        let series = series.transpose()?;
-        let count = series.as_ref().map_or(1, Different::len);
-        if categories.len() * count > MOST_BARS {
+        let series = Different::series(bars.series.as_ref(), table, rows)?;
+        let count = series.len();
+        let all = categories.len() * count;
+        if all > MOST_BARS {
             return Err(PictureError::new(format!(
-                "{} bars are more than a picture can show; kind \"histogram\" or \"lines\" can",
-                categories.len() * count
+                "{all} bars are more than a picture can show; kind \"histogram\" or \"lines\" can"
             )));
         }
         let values = table.column(&bars.y)?.numbers()?;
         let log = bars.y_axis.spacing == Spacing::Log;
-        let mut of_bar: Vec<Vec<(usize, f64)>> = vec![Vec::new(); categories.len() * count];
+        let mut of_bar: Vec<Vec<(usize, f64)>> = vec![Vec::new(); all];
         for &row in rows.iter() {
-            let within = series.as_ref().map_or(Some(0), |series| series.of_row[row]);
             left_out.of += 1;
-            match (categories.of_row[row], within, values[row]) {
+            match (categories.of_row[row], series.of_row[row], values[row]) {
                 (Some(_), Some(_), Some(value)) if log && value <= 0.0 => left_out.not_above_0 += 1,
                 (Some(category), Some(within), Some(value)) => {
                     of_bar[category * count + within].push((row, value));
@@ -78,9 +76,8 @@ pub(super) fn plot(bars: &Bars, chosen: &mut Chosen<'_>) -> Result<Plot, Picture
     let limits = limits(bars.limit.as_ref(), span, log);
     let span = with_limits(span, &limits, log).map(|span| with_room(span, log));
     let axis = Axis::new(&bars.y_axis, &label, span, Margin::None)?;
-    let beyond = data
-        .spreads()
-        .filter(|bar| !(axis.holds(bar.low) && axis.holds(bar.high)));
+    let is_beyond = |bar: &&Spread| !(axis.holds(bar.low) && axis.holds(bar.high));
+    let beyond = data.spreads().filter(is_beyond);
     chosen.left_out.beyond = beyond.map(|bar| bar.rows.len()).sum();
     chosen.tell_left_out("Bars and numbers: medians, lines: smallest to largest");
     let logarithmic = "The axis is logarithmic: compare where bars end, not how long they are.";
@@ -88,9 +85,9 @@ pub(super) fn plot(bars: &Bars, chosen: &mut Chosen<'_>) -> Result<Plot, Picture
     let mut plot = Plot::new(60.0);
     if !data.bars.is_empty() {
         plot.height =
-            json!({"step": BAR, "for": if data.series.is_some() { "offset" } else { "position" }});
+            json!({"step": BAR, "for": if bars.series.is_some() { "offset" } else { "position" }});
     }
-    plot.marks = marks(&data, &axis);
+    plot.marks = marks(bars, &data, &axis);
     add_layers(&mut plot, bars, &data, &axis);
     add_limits(&mut plot, &limits, &axis, "x");
     let sign = bars.limit.as_ref().map(|limit| limit_sign(limit, &label));
@@ -113,15 +110,15 @@ fn with_room((low, high): (f64, f64), log: bool) -> (f64, f64) {
 }
 
 /// The bars, each with its number in words; one without a run has a dash.
-fn marks(data: &Data, axis: &Axis) -> Vec<Value> {
+fn marks(bars: &Bars, data: &Data, axis: &Axis) -> Vec<Value> {
     // On a logarithmic axis its lower end.
     let start = 0.0_f64.clamp(axis.ends.0, axis.ends.1);
-    let count = data.series.as_ref().map_or(1, Different::len);
+    let count = data.series.len();
     let mark = |(at, bar): (usize, &Option<Spread>)| {
         let category = &data.categories.names[at / count];
         let mut mark = json!({"category": category, "from": start});
-        if let Some(series) = &data.series {
-            mark["name"] = json!(series.names[at % count]);
+        if bars.series.is_some() {
+            mark["name"] = json!(data.series.names[at % count]);
         }
         let Some(bar) = bar else {
             (mark["x"], mark["end"], mark["words"]) =
@@ -154,8 +151,8 @@ fn add_layers(plot: &mut Plot, bars: &Bars, data: &Data, axis: &Axis) {
                   "axis": {"grid": false, "titleAngle": 0, "titleAlign": "left", "titleAnchor": "start", "titleBaseline": "bottom",
                            "titleX": -180, "titleY": -8, "titleFontWeight": "bold", "titleFontSize": 12}},
         });
-        if let Some(series) = &data.series {
-            encoding["yOffset"] = json!({"field": "name", "scale": {"domain": series.names}});
+        if bars.series.is_some() {
+            encoding["yOffset"] = json!({"field": "name", "scale": {"domain": data.series.names}});
         }
         encoding
     };
@@ -163,11 +160,11 @@ fn add_layers(plot: &mut Plot, bars: &Bars, data: &Data, axis: &Axis) {
     encoding["x2"] = json!({"field": "from"});
     encoding["x"]["stack"] = Value::Null;
     let mut mark = json!({"type": "bar", "clip": true});
-    if let (Some(column), Some(names)) = (&bars.series, &data.series) {
-        let [colours, _] = series(names.len(), names.numbers.is_some());
+    if let Some(column) = &bars.series {
+        let [colours, _] = series(data.series.len(), data.series.numbers.is_some());
         encoding["color"] = json!({
             "field": "name", "type": "nominal", "title": format!("{}:", Label::of(column).words),
-            "scale": {"domain": names.names, "range": colours}, "legend": {"symbolType": "square", "columns": 6},
+            "scale": {"domain": data.series.names, "range": colours}, "legend": {"symbolType": "square", "columns": 6},
         });
         encoding["opacity"] = fading(1.0);
     } else {
@@ -179,7 +176,7 @@ fn add_layers(plot: &mut Plot, bars: &Bars, data: &Data, axis: &Axis) {
     ]);
     let mut layer = of_marks(mark, encoding);
     brush(&mut layer, 0, &["y"]);
-    if data.series.is_some() {
+    if bars.series.is_some() {
         choice(&mut layer);
     }
     plot.layers.push(layer);

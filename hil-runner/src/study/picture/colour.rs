@@ -70,9 +70,6 @@ pub enum ColourScale {
 impl ColourScale {
     /// Its name, which is Vega's.
     pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Viridis => "viridis",
-            Self::Cividis => "cividis",
-        }
+        ["viridis", "cividis"][self as usize]
     }
 }

@@ -19,12 +19,7 @@ pub(in crate::study) struct Field<'a> {
 /// An edge of the grid, by its first point: along x or along y from there.
 type Edge = (usize, usize, bool);
 
-impl<'a> Field<'a> {
-    /// Values at the corners of a grid, row by row.
-    pub(in crate::study) fn of(x: &'a [f64], y: &'a [f64], values: &'a [Option<f64>]) -> Self {
-        Self { x, y, values }
-    }
-
+impl Field<'_> {
     fn value(&self, i: usize, j: usize) -> Option<f64> {
         self.values.get(j * self.x.len() + i).copied().flatten()
     }
@@ -54,20 +49,19 @@ impl<'a> Field<'a> {
         };
         let (below, right) = ((i, j, true), (i + 1, j, false));
         let (above, left) = ((i, j + 1, true), (i, j, false));
-        // A saddle joins the corners that its middle is with.
-        let middle = 0.25 * (a + b + c + d) >= level;
-        match [a, b, c, d].map(|corner| corner >= level) {
-            [false, false, false, false] | [true, true, true, true] => Vec::new(),
-            [true, false, false, false] | [false, true, true, true] => vec![[left, below]],
-            [false, true, false, false] | [true, false, true, true] => vec![[below, right]],
-            [false, false, true, false] | [true, true, false, true] => vec![[right, above]],
-            [false, false, false, true] | [true, true, true, false] => vec![[above, left]],
-            [true, true, false, false] | [false, false, true, true] => vec![[left, right]],
-            [false, true, true, false] | [true, false, false, true] => vec![[below, above]],
-            [true, false, true, false] if middle => vec![[left, above], [below, right]],
-            [true, false, true, false] => vec![[left, below], [above, right]],
-            [false, true, false, true] if middle => vec![[left, below], [above, right]],
-            [false, true, false, true] => vec![[left, above], [below, right]],
+        let edges = [below, right, above, left];
+        let inside = [a, b, c, d].map(|corner| corner >= level);
+        // An edge is crossed where its ends lie on either side.
+        let crossed = (0..4).filter(|&at| inside[at] != inside[(at + 1) % 4]);
+        let crossed: Vec<Edge> = crossed.map(|at| edges[at]).collect();
+        match crossed[..] {
+            [one, other] => vec![[one, other]],
+            [] => Vec::new(),
+            // A saddle joins the corners that its middle is with.
+            _ if inside[0] == (0.25 * (a + b + c + d) >= level) => {
+                vec![[left, above], [below, right]]
+            }
+            _ => vec![[left, below], [above, right]],
         }
     }
 
@@ -120,6 +114,10 @@ mod tests {
         (0..count).map(f64::from).collect()
     }
 
+    fn field<'a>(x: &'a [f64], y: &'a [f64], values: &'a [Option<f64>]) -> Field<'a> {
+        Field { x, y, values }
+    }
+
     /// A cone: its contour is a circle, closed, of the right radius.
     #[test]
     fn a_cone_has_circles() {
@@ -129,7 +127,7 @@ mod tests {
             .iter()
             .flat_map(|&y| at.iter().map(move |&x| Some(radius(x, y))))
             .collect();
-        let field = Field::of(&at, &at, &values);
+        let field = field(&at, &at, &values);
         let lines = field.lines(12.3);
         assert_eq!(lines.len(), 1);
         assert_eq!(lines[0].first(), lines[0].last());
@@ -151,7 +149,7 @@ mod tests {
     fn a_slope_has_one_open_line_per_level() {
         let (x, y) = (places(5), places(3));
         let values: Vec<Option<f64>> = (0..15).map(|at| Some(f64::from(at % 5))).collect();
-        let field = Field::of(&x, &y, &values);
+        let field = field(&x, &y, &values);
         assert_eq!(field.lines(2.5), [vec![(2.5, 0.0), (2.5, 1.0), (2.5, 2.0)]]);
     }
 
@@ -160,7 +158,7 @@ mod tests {
         let (x, y) = (places(2), places(5));
         let mut values: Vec<Option<f64>> = (0..10).map(|at| Some(f64::from(at % 2))).collect();
         values[4] = None;
-        let field = Field::of(&x, &y, &values);
+        let field = field(&x, &y, &values);
         let lines = field.lines(0.5);
         assert_eq!(
             lines,
@@ -172,7 +170,7 @@ mod tests {
     fn a_saddle_has_two_lines_that_do_not_cross() {
         let at = places(2);
         let values = [1.0, 0.0, 0.0, 1.0].map(Some);
-        let field = Field::of(&at, &at, &values);
+        let field = field(&at, &at, &values);
         assert_eq!(field.lines(0.4).len(), 2);
         assert_eq!(field.lines(0.6).len(), 2);
         assert_ne!(field.lines(0.4), field.lines(0.6));

@@ -57,18 +57,15 @@ impl Side {
         rows: &[usize],
         left_out: &mut LeftOut,
     ) -> Result<Self, PictureError> {
-        let different = Different::of(column, rows)?;
-        let mut of_row = different.of_row;
-        let Some(mut values) = different.numbers else {
-            let count = different.names.len();
-            return Ok(Self {
-                values: (0..count).map(|at| at as f64).collect(),
-                edges: (0..=count).map(|at| at as f64 - 0.5).collect(),
-                names: Some(different.names),
-                of_row,
-            });
-        };
-        let log = keys.spacing == Spacing::Log;
+        let Different {
+            mut of_row,
+            names,
+            numbers,
+        } = Different::of(column, rows)?;
+        let has_words = numbers.is_none();
+        let places = || (0..names.len()).map(|at| at as f64).collect();
+        let mut values = numbers.unwrap_or_else(places);
+        let log = keys.spacing == Spacing::Log && !has_words;
         if log {
             let dropped = values.partition_point(|&value| value <= 0.0);
             values.drain(..dropped);
@@ -81,7 +78,7 @@ impl Side {
         Ok(Self {
             edges: edges(&values, log),
             values,
-            names: None,
+            names: has_words.then_some(names),
             of_row,
         })
     }
@@ -109,12 +106,12 @@ fn edges(values: &[f64], log: bool) -> Vec<f64> {
         [value] if log => vec![value / 2.0, value * 2.0],
         [value] => vec![value - 0.5 * value.abs(), value + 0.5 * value.abs()],
         [first, second, ..] => {
-            let mut edges = vec![beyond(*first, *second)];
-            edges.extend(values.windows(2).map(|pair| between(pair[0], pair[1])));
-            if let [.., last_but_one, last] = values {
-                edges.push(beyond(*last, *last_but_one));
-            }
-            edges
+            let last = values.len() - 1;
+            let inner = values.windows(2).map(|pair| between(pair[0], pair[1]));
+            let inner = [beyond(*first, *second)].into_iter().chain(inner);
+            inner
+                .chain([beyond(values[last], values[last - 1])])
+                .collect()
         }
     }
 }

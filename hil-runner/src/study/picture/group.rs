@@ -4,7 +4,7 @@ use super::PictureError;
 use std::collections::BTreeMap;
 
 use super::label::Label;
-use super::table::{Column, Values};
+use super::table::{Column, Table, Values};
 use super::unit::power_of_ten;
 use hil_core::number;
 
@@ -74,14 +74,24 @@ impl Different {
         }
     }
 
-    /// The values of a column as series: so many that a legend can tell them
-    /// apart.
-    pub(super) fn series(column: &Column, rows: &[usize]) -> Result<Self, PictureError> {
-        let series = Self::of(column, rows)?;
+    /// The values of a column as series, so many that a legend can tell them apart; one
+    /// without a name where the picture names no column.
+    pub(super) fn series(
+        name: Option<&String>,
+        table: &Table,
+        rows: &[usize],
+    ) -> Result<Self, PictureError> {
+        let Some(name) = name else {
+            return Ok(Self {
+                of_row: vec![Some(0); table.rows()],
+                names: vec![String::new()],
+                numbers: None,
+            });
+        };
+        let series = Self::of(table.column(name)?, rows)?;
         if series.len() > MOST_SERIES {
             return Err(PictureError::new(format!(
-                "column \"{}\" has {} different values, more series than a legend can tell apart",
-                column.name,
+                "column \"{name}\" has {} different values, more series than a legend can tell apart",
                 series.len()
             )));
         }

@@ -414,18 +414,10 @@ struct Data<'a> {
 
 impl<'a> Data<'a> {
     fn of(lines: &Lines, table: &'a Table, rows: &'a [usize]) -> Result<Self, PictureError> {
-        let series = match &lines.series {
-            Some(name) => Different::series(table.column(name)?, rows)?,
-            None => Different {
-                of_row: vec![Some(0); table.rows()],
-                names: vec![String::new()],
-                numbers: None,
-            },
-        };
         Ok(Self {
             table,
             rows,
-            series,
+            series: Different::series(lines.series.as_ref(), table, rows)?,
             x: Different::of(table.column(&lines.x)?, rows)?,
         })
     }

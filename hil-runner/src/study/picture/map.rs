@@ -350,7 +350,8 @@ impl Drawing<'_> {
         let values: Vec<Option<f64>> = levels.collect();
         let back = |(x, y): (f64, f64)| (measured(x, self.x.log), measured(y, self.y.log));
         let line_back = |line: Vec<(f64, f64)>| line.into_iter().map(back).collect();
-        let lines = Field::of(&x, &y, &values).lines(level).into_iter();
+        let (x, y, values) = (&x, &y, &values);
+        let lines = Field { x, y, values }.lines(level).into_iter();
         lines.map(line_back).collect()
     }
 }

@@ -34,6 +34,11 @@ impl Sign {
 const LIMIT_DASH: &[f64] = &[12.0, 4.0, 2.0, 4.0];
 const BASE_DASH: &[f64] = &[1.5, 4.0];
 
+/// Style, colour, dash and width of a line.
+type Look = (&'static str, &'static str, &'static [f64], f64);
+const OF_LIMIT: Look = ("limit", LIMIT, LIMIT_DASH, 1.8);
+const OF_BASE: Look = ("base", INK, BASE_DASH, 1.4);
+
 /// A layer without marks whose legend explains lines.
 pub(super) fn legend_of_lines(signs: &[Sign]) -> Option<Value> {
     let of = |value: fn(&Sign) -> Value| signs.iter().map(value).collect::<Vec<Value>>();
@@ -82,13 +87,7 @@ pub(super) fn with_limits(span: Option<Span>, limits: &[f64], log: bool) -> Opti
 
 /// Adds lines at limits, across the axis of that channel.
 pub(super) fn add_limits(plot: &mut Plot, limits: &[f64], axis: &Axis, channel: &str) {
-    add_rules(
-        plot,
-        limits,
-        axis,
-        channel,
-        ("limit", LIMIT, LIMIT_DASH, 1.8),
-    );
+    add_rules(plot, limits, axis, channel, OF_LIMIT);
 }
 
 /// Explanation of a limit of a column with that label.
@@ -97,14 +96,12 @@ pub(super) fn limit_sign(limit: &Limit, label: &Label) -> Sign {
     Sign::new(capital(&words), LIMIT, LIMIT_DASH)
 }
 
-/// Style, colour, dash and width of a line.
-type Look<'a> = (&'a str, &'a str, &'a [f64], f64);
-
-fn add_rules(plot: &mut Plot, values: &[f64], axis: &Axis, channel: &str, look: Look<'_>) {
+fn add_rules(plot: &mut Plot, values: &[f64], axis: &Axis, channel: &str, look: Look) {
     let (name, colour, dash, width) = look;
     let inside = values.iter().filter(|value| axis.holds(**value));
-    let data = inside.map(|value| json!({channel: axis.shown(*value)}));
-    let data: Vec<Value> = data.collect();
+    let data: Vec<Value> = inside
+        .map(|value| json!({channel: axis.shown(*value)}))
+        .collect();
     let mark = json!({"type": "rule", "style": name, "color": colour, "strokeDash": dash, "strokeWidth": width});
     plot.add(&data, mark, json!({channel: axis.channel(channel)}));
 }
@@ -118,7 +115,7 @@ fn own_value(table: &Table, column: &str, axis: &Axis) -> Option<f64> {
 /// Adds a line at the base's value of `x`; its explanation, if it has one.
 pub(super) fn add_base_line(plot: &mut Plot, table: &Table, x: &str, axis: &Axis) -> Option<Sign> {
     let own = own_value(table, x, axis)?;
-    add_rules(plot, &[own], axis, "x", ("base", INK, BASE_DASH, 1.4));
+    add_rules(plot, &[own], axis, "x", OF_BASE);
     let words = format!("the base, {}", in_words(own, &Label::of(x)));
     Some(Sign::new(words, INK, BASE_DASH))
 }

@@ -101,16 +101,13 @@ fn runs(scatter: &Scatter, chosen: &mut Chosen<'_>) -> Result<Vec<Run>, PictureE
     let mut runs = Vec::new();
     for &row in rows.iter() {
         left_out.of += 1;
-        let (Some(x), Some(y)) = (x[row], y[row]) else {
-            left_out.missing += 1;
-            continue;
-        };
-        if log[0] && x <= 0.0 || log[1] && y <= 0.0 {
-            left_out.not_above_0 += 1;
-            continue;
-        }
         let pass = pass.and_then(|pass| pass.verdict(row));
-        runs.push(Run { row, x, y, pass });
+        let not_above_0 = |x: f64, y: f64| log[0] && x <= 0.0 || log[1] && y <= 0.0;
+        match (x[row], y[row]) {
+            (Some(x), Some(y)) if not_above_0(x, y) => left_out.not_above_0 += 1,
+            (Some(x), Some(y)) => runs.push(Run { row, x, y, pass }),
+            _ => left_out.missing += 1,
+        }
     }
     Ok(runs)
 }

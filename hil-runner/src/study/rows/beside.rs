@@ -91,7 +91,7 @@ pub(super) fn feeding(cases: &[Case], summaries: &[Result<Summary, RunError>]) -
         let without: Vec<_> = without
             .map(|(other, ripple)| (other.without, *ripple))
             .collect();
-        cells[place] = Cell::text(fed_by(*amplitude_um, &without).to_string());
+        cells[place] = Cell::text(fed_by(*amplitude_um, &without));
     }
     cells
 }

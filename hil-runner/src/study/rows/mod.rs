@@ -32,12 +32,7 @@ pub enum Status {
 impl Status {
     /// As the column `status` has it.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Ok => "ok",
-            Self::Excluded => "excluded",
-            Self::Refused => "refused",
-            Self::Failed => "failed",
-        }
+        ["ok", "excluded", "refused", "failed"][self as usize]
     }
 }
 
