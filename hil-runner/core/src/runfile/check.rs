@@ -304,6 +304,9 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Value, String> {
         let is = node.value.type_words();
         must(&format!("{noun}{}, not {is}", key.allowed()))
     };
+    if let Some(word) = key.word.filter(|word| node.value.text() == Some(*word)) {
+        return Ok(Value::Choice(word));
+    }
     match (key.kind, &node.value) {
         (Kind::Text, Toml::Text(text)) => {
             if text.trim().is_empty() || text.chars().any(char::is_control) {
@@ -318,12 +321,7 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Value, String> {
                 None => must(&key.allowed()),
             }
         }
-        (Kind::NumberOrWord(_, word) | Kind::TimeOrWord(_, word), Toml::Text(text))
-            if text == word =>
-        {
-            Ok(Value::Choice(word))
-        }
-        (Kind::Number(range) | Kind::NumberOrWord(range, _), Toml::Number(value, _)) => {
+        (Kind::Number(range), Toml::Number(value, _)) => {
             let checked = check_number(*value, range, key);
             checked.map(Value::Number).or_else(|words| must(&words))
         }
@@ -335,16 +333,14 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Value, String> {
             }
             Ok(Value::Whole(*value as i64))
         }
-        (Kind::Time(range) | Kind::TimeOrWord(range, _), Toml::Number(value, decimal)) => {
+        (Kind::Time(range), Toml::Number(value, decimal)) => {
             let time = check_time(*value, decimal, range, key);
             time.map(Value::Nanoseconds).or_else(|words| must(&words))
         }
         (Kind::Intervals, Toml::Array(items)) => check_intervals(items, key),
         (Kind::Strings, Toml::Array(_)) | (Kind::Table, Toml::Table(_)) => Ok(Value::Text),
         // A string may be the right type and the wrong word.
-        (Kind::NumberOrWord(..) | Kind::TimeOrWord(..), _) => {
-            must(&format!("a number, {}", key.allowed()))
-        }
+        _ if key.word.is_some() => must(&format!("a number, {}", key.allowed())),
         (Kind::Flag | Kind::Choice(_), _) => must(&key.allowed()),
         (Kind::Number(range) | Kind::Time(range), _) if range != Range::Any => {
             wrong_type("a number, ")

@@ -86,7 +86,7 @@ impl KeyPath {
     /// numbers whole, the nearest each.
     pub fn value(&self, number: f64) -> KeyValue {
         let (whole, of): (_, fn(i64) -> KeyValue) = match self.key.kind {
-            Kind::Time(_) | Kind::TimeOrWord(..) => (1e9 * number, KeyValue::Nanoseconds),
+            Kind::Time(_) => (1e9 * number, KeyValue::Nanoseconds),
             Kind::Whole(..) => (number, KeyValue::Whole),
             _ => return KeyValue::Number(number),
         };

@@ -108,6 +108,8 @@ pub struct Key {
     pub name: &'static str,
     /// Type and range of the value.
     pub kind: Kind,
+    /// The string that serves in the place of a number or a time, if one does.
+    pub word: Option<&'static str>,
     /// Unit as it is printed; empty where there is none.
     pub unit: &'static str,
     /// When it must be given, and what holds if it is not.
@@ -219,15 +221,11 @@ pub enum Kind {
     Choice(&'static [&'static str]),
     /// A finite number; integers serve.
     Number(Range),
-    /// The same, or this string.
-    NumberOrWord(Range, &'static str),
     /// A whole number within these limits, both included.
     Whole(i64, i64),
     /// A time of the run: a number of seconds that is a whole number of
     /// nanoseconds.
     Time(Range),
-    /// The same, or this string.
-    TimeOrWord(Range, &'static str),
     /// The seven durations of the motion, each a finite number of at least 0.
     Intervals,
     /// A list of strings, with a reader of its own.
@@ -315,16 +313,7 @@ pub const SMALLEST_MAGNITUDE: f64 = 1e-50;
 impl Key {
     /// Condition on the value, unit included: `greater than 0 kg m²`.
     pub fn allowed(&self) -> String {
-        let (words, unit) = (self.range_words(), self.unit);
-        match self.kind {
-            Kind::NumberOrWord(range, word) | Kind::TimeOrWord(range, word) => {
-                format!("{} {unit} or \"{word}\"", range.words())
-            }
-            Kind::Number(_) | Kind::Time(_) if unit.is_empty() => words,
-            Kind::Number(Range::Any) => format!("{words} of {unit}"),
-            Kind::Number(_) | Kind::Time(_) => format!("{words} {unit}"),
-            _ => words,
-        }
+        self.condition(self.unit)
     }
 
     /// Subject of a sentence: `rotor inertia J_m`.
@@ -349,6 +338,11 @@ impl Key {
 
     /// Condition on the value, without its unit.
     pub fn range_words(&self) -> String {
+        self.condition("")
+    }
+
+    /// Condition on the value, with a unit or none.
+    fn condition(&self, unit: &str) -> String {
         match self.kind {
             Kind::Text => "a string that is not empty".to_owned(),
             Kind::Flag => "true or false".to_owned(),
@@ -356,9 +350,14 @@ impl Key {
                 let quoted: Vec<String> = choices.iter().map(|c| format!("\"{c}\"")).collect();
                 either(&quoted)
             }
-            Kind::Number(range) | Kind::Time(range) => range.words(),
-            Kind::NumberOrWord(range, word) | Kind::TimeOrWord(range, word) => {
-                format!("{} or \"{word}\"", range.words())
+            Kind::Number(range) | Kind::Time(range) => {
+                let between = match range {
+                    _ if unit.is_empty() => "",
+                    Range::Any => " of ",
+                    _ => " ",
+                };
+                let word = self.word.map(|word| format!(" or \"{word}\""));
+                range.words() + between + unit + &word.unwrap_or_default()
             }
             Kind::Whole(low, high) => format!("a whole number from {low} to {high}"),
             Kind::Intervals => "seven numbers of seconds t1 to t7, each at least 0".to_owned(),
@@ -421,6 +420,11 @@ impl Key {
 
     pub(super) const fn meaning(mut self, meaning: &'static str) -> Self {
         self.meaning = meaning;
+        self
+    }
+
+    pub(super) const fn word(mut self, word: &'static str) -> Self {
+        self.word = Some(word);
         self
     }
 
@@ -584,6 +588,7 @@ pub(super) const fn value(name: &'static str, kind: Kind, unit: &'static str) ->
     Key {
         name,
         kind,
+        word: None,
         unit,
         need: Need::Always,
         meaning: "",

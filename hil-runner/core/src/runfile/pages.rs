@@ -134,13 +134,8 @@ fn key_schema(key: &Key) -> Value {
         Kind::Text => json!({"type": "string", "minLength": 1}),
         Kind::Flag => json!({"type": "boolean"}),
         Kind::Choice(choices) => json!({"enum": choices}),
-        Kind::Number(range) => number_schema(range),
+        Kind::Number(range) | Kind::Time(range) => number_schema(range),
         Kind::Whole(low, high) => json!({"type": "integer", "minimum": low, "maximum": high}),
-        Kind::Time(range) => time_schema(range),
-        Kind::NumberOrWord(range, word) => {
-            json!({"anyOf": [number_schema(range), {"const": word}]})
-        }
-        Kind::TimeOrWord(range, word) => json!({"anyOf": [time_schema(range), {"const": word}]}),
         Kind::Strings => json!({"type": "array", "items": {"type": "string"}}),
         Kind::Table => json!({"type": "object"}),
         Kind::Intervals => json!({
@@ -150,6 +145,12 @@ fn key_schema(key: &Key) -> Value {
             "maxItems": 7,
         }),
     };
+    if matches!(key.kind, Kind::Time(_)) {
+        schema["maximum"] = json!(LONGEST_TIME_S);
+    }
+    if let Some(word) = key.word {
+        schema = json!({"anyOf": [schema, {"const": word}]});
+    }
     let acts = match key.acts {
         Acts::Everywhere => String::new(),
         acts => format!("; acts on {}", acts.words()),
@@ -163,12 +164,6 @@ fn key_schema(key: &Key) -> Value {
             other => json!(other.number()),
         };
     }
-    schema
-}
-
-fn time_schema(range: Range) -> Value {
-    let mut schema = number_schema(range);
-    schema["maximum"] = json!(LONGEST_TIME_S);
     schema
 }
 
@@ -215,7 +210,7 @@ pub fn key_reference() -> String {
 
 fn row(section: &Section, key: &Key) -> String {
     let unit = match key.kind {
-        Kind::Time(_) | Kind::TimeOrWord(..) => "s (ns)",
+        Kind::Time(_) => "s (ns)",
         _ => key.unit,
     };
     // Of each other way the first key that does not stand in one with this key.

@@ -160,7 +160,7 @@ impl Reader<'_> {
             element,
             range: None,
         };
-        let is_number = matches!(key.key.kind, Kind::Number(_) | Kind::NumberOrWord(..));
+        let is_number = matches!(key.key.kind, Kind::Number(_));
         let is_word = matches!(base, "controller.feedback" | "backlash.compensation");
         let has_section = matches!(key.section, "controller" | "backlash" | "motion");
         if base == "motion.travel_mm"
@@ -263,7 +263,7 @@ fn range(node: &Node, tuned: &TunedKey) -> Result<[f64; 2], String> {
         return Err(needs());
     }
     let allowed = match key.kind {
-        Kind::Number(range) | Kind::NumberOrWord(range, _) => range,
+        Kind::Number(range) => range,
         _ => Range::NotNegative,
     };
     for end in [low, high] {

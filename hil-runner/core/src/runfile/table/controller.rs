@@ -7,9 +7,7 @@ use plant::Encoder;
 
 use super::super::keys::Access::Own;
 use super::super::keys::Range::{NotNegative, Positive};
-use super::super::keys::{
-    Acts, Key, Kind, Need, choice, flag, number, of_firmware, time, value, whole,
-};
+use super::super::keys::{Acts, Key, Need, choice, flag, number, of_firmware, time, whole};
 use super::super::values::{MEASURED, PLANT, Value};
 use super::gains::{NEW_PER_RAD, OF_CASCADE, PER_RAD};
 use crate::case::{Case, Law};
@@ -104,21 +102,18 @@ pub(super) const CONTROLLER: &[Key] = &[
         .acting(Acts::From(Law::Sampled))
         .at(|c| Some(&mut c.controller.sample_time_ns))
         .shown_in("Sample time Δt", 1e3, "ms"),
-    value(
-        "computation_delay_s",
-        Kind::TimeOrWord(NotNegative, MEASURED),
-        "s",
-    )
-    .meaning("delay from sample to new voltage")
-    .or(Value::Nanoseconds(0))
-    .acting(Acts::From(Law::Sampled))
-    .at(|c| Some(&mut c.controller.computation_delay))
-    .shown_in("Computation delay", 1e3, "ms")
-    .words(&[(MEASURED, "measured on the chip")])
-    .note(&[
-        "from sample to new voltage, at most Δt; on a chip",
-        "also \"measured\": what each step takes there",
-    ]),
+    time("computation_delay_s", NotNegative)
+        .word(MEASURED)
+        .meaning("delay from sample to new voltage")
+        .or(Value::Nanoseconds(0))
+        .acting(Acts::From(Law::Sampled))
+        .at(|c| Some(&mut c.controller.computation_delay))
+        .shown_in("Computation delay", 1e3, "ms")
+        .words(&[(MEASURED, "measured on the chip")])
+        .note(&[
+            "from sample to new voltage, at most Δt; on a chip",
+            "also \"measured\": what each step takes there",
+        ]),
     choice::<Derivative>("derivative")
         .named("quantity of which the derivative is taken", "Derivative of")
         .firmware_at(|c| Some(&mut c.options.law.derivative))
@@ -182,25 +177,22 @@ pub(super) const CONTROLLER: &[Key] = &[
         .field("output.slew")
         .shown("Slew limit")
         .note(&["default: no limit"]),
-    value("velocity_ff_s", OR_PLANT, "codes s/count")
+    ahead("velocity_ff_s", "codes s/count")
         .meaning("feed-forward per reference velocity")
-        .or(Value::Number(0.0))
         .firmware_at(|c| Some(&mut c.options.law.feed_forward.velocity_s))
         .field("law.words.velocity_ff")
         .shown("Velocity feed-forward")
         .text(|c| shown_ahead(c, 0))
         .note(&["feed-forward, codes per (count per second); or \"plant\": what the model needs"]),
-    value("acceleration_ff_s2", OR_PLANT, "codes s²/count")
+    ahead("acceleration_ff_s2", "codes s²/count")
         .meaning("feed-forward per reference acceleration")
-        .or(Value::Number(0.0))
         .firmware_at(|c| Some(&mut c.options.law.feed_forward.acceleration_s2))
         .field("law.words.acceleration_ff")
         .shown("Acceleration feed-forward")
         .text(|c| shown_ahead(c, 1))
         .note(&["codes per (count per second squared), or \"plant\""]),
-    value("friction_ff_codes", OR_PLANT, "codes")
+    ahead("friction_ff_codes", "codes")
         .meaning("feed-forward with the sign of the reference velocity")
-        .or(Value::Number(0.0))
         .firmware_at(|c| Some(&mut c.options.law.feed_forward.friction_codes))
         .field("law.words.friction_ff")
         .shown("Friction feed-forward")
@@ -235,7 +227,10 @@ pub(super) const CONTROLLER: &[Key] = &[
 ];
 
 /// A feed-forward gain: a number, or what the model of the plant needs.
-const OR_PLANT: Kind = Kind::NumberOrWord(NotNegative, PLANT);
+const fn ahead(name: &'static str, unit: &'static str) -> Key {
+    let number = number(name, NotNegative, unit).word(PLANT);
+    number.or(Value::Number(0.0))
+}
 
 /// A feed-forward gain as a report shows it.
 fn shown_ahead(case: &Case, part: usize) -> Option<String> {
