@@ -89,7 +89,7 @@ impl Section {
                 format!("{} (+ {})", names(&required, " + "), names(&optional, ", "))
             }
         };
-        either(&ways.iter().map(words).collect::<Vec<_>>())
+        either(ways.iter().map(words))
     }
 
     /// True if the section must be there for every run.
@@ -310,6 +310,36 @@ pub const LARGEST_MAGNITUDE: f64 = 1e50;
 /// See [`LARGEST_MAGNITUDE`].
 pub const SMALLEST_MAGNITUDE: f64 = 1e-50;
 
+/// Builders of a key, each of which sets one field.
+macro_rules! setters {
+    ($($(#[$doc:meta])* $name:ident($value:ident: $type:ty): $($field:ident).+ = $set:expr;)+) => {
+        impl Key {$(
+            $(#[$doc])*
+            pub(super) const fn $name(mut self, $value: $type) -> Self {
+                self.$($field).+ = $set;
+                self
+            }
+        )+}
+    };
+}
+
+setters! {
+    meaning(words: &'static str): meaning = words;
+    word(word: &'static str): word = Some(word);
+    or(default: Value): need = Need::Default(default);
+    needed(need: Need): need = need;
+    acting(acts: Acts): acts = acts;
+    access(access: Access): access = access;
+    field(path: &'static str): field = Some(path);
+    shown(label: &'static str): shown.label = label;
+    /// Words of choices; `true` is that of a switch.
+    words(words: &'static [(&'static str, &'static str)]): shown.words = words;
+    text(text: fn(&Case) -> Option<String>): shown.text = Some(text);
+    when(when: fn(&Case) -> bool): shown.when = Some(when);
+    /// A remark for the commented file, a line each.
+    note(lines: &'static [&'static str]): note = lines;
+}
+
 impl Key {
     /// Condition on the value, unit included: `greater than 0 kg m²`.
     pub fn allowed(&self) -> String {
@@ -346,10 +376,7 @@ impl Key {
         match self.kind {
             Kind::Text => "a string that is not empty".to_owned(),
             Kind::Flag => "true or false".to_owned(),
-            Kind::Choice(choices) => {
-                let quoted: Vec<String> = choices.iter().map(|c| format!("\"{c}\"")).collect();
-                either(&quoted)
-            }
+            Kind::Choice(choices) => either(choices.iter().map(|c| format!("\"{c}\""))),
             Kind::Number(range) | Kind::Time(range) => {
                 let between = match range {
                     _ if unit.is_empty() => "",
@@ -418,31 +445,6 @@ impl Key {
         }
     }
 
-    pub(super) const fn meaning(mut self, meaning: &'static str) -> Self {
-        self.meaning = meaning;
-        self
-    }
-
-    pub(super) const fn word(mut self, word: &'static str) -> Self {
-        self.word = Some(word);
-        self
-    }
-
-    pub(super) const fn or(mut self, default: Value) -> Self {
-        self.need = Need::Default(default);
-        self
-    }
-
-    pub(super) const fn needed(mut self, need: Need) -> Self {
-        self.need = need;
-        self
-    }
-
-    pub(super) const fn acting(mut self, acts: Acts) -> Self {
-        self.acts = acts;
-        self
-    }
-
     pub(super) const fn at(self, place: Place) -> Self {
         self.access(Access::Place(place))
     }
@@ -457,16 +459,6 @@ impl Key {
         self.at(place).alone()
     }
 
-    pub(super) const fn access(mut self, access: Access) -> Self {
-        self.access = access;
-        self
-    }
-
-    pub(super) const fn field(mut self, field: &'static str) -> Self {
-        self.field = Some(field);
-        self
-    }
-
     /// Its meaning, and its name in reports.
     pub(super) const fn named(self, meaning: &'static str, shown: &'static str) -> Self {
         self.meaning(meaning).shown(shown)
@@ -475,11 +467,6 @@ impl Key {
     /// The place of a key that acts on rung `firmware` alone.
     pub(super) const fn firmware_at(self, place: Place) -> Self {
         self.acting(Acts::From(Law::Firmware)).at(place)
-    }
-
-    pub(super) const fn shown(mut self, label: &'static str) -> Self {
-        self.shown.label = label;
-        self
     }
 
     /// Shown in another unit.
@@ -492,28 +479,6 @@ impl Key {
         self.shown.factor = factor;
         self.shown.unit = Some(unit);
         self.shown(label)
-    }
-
-    /// Words of choices; `true` is that of a switch.
-    pub(super) const fn words(mut self, words: &'static [(&'static str, &'static str)]) -> Self {
-        self.shown.words = words;
-        self
-    }
-
-    pub(super) const fn text(mut self, text: fn(&Case) -> Option<String>) -> Self {
-        self.shown.text = Some(text);
-        self
-    }
-
-    pub(super) const fn when(mut self, when: fn(&Case) -> bool) -> Self {
-        self.shown.when = Some(when);
-        self
-    }
-
-    /// A remark for the commented file, a line each.
-    pub(super) const fn note(mut self, note: &'static [&'static str]) -> Self {
-        self.note = note;
-        self
     }
 
     /// May be left out; the commented file shows an example then.
@@ -610,8 +575,8 @@ pub(super) const fn value(name: &'static str, kind: Kind, unit: &'static str) ->
 }
 
 /// `a`, `a or b`, `a, b or c`.
-pub(super) fn either(words: &[String]) -> String {
-    match words {
+pub(super) fn either(words: impl IntoIterator<Item = String>) -> String {
+    match words.into_iter().collect::<Vec<_>>().as_slice() {
         [] => String::new(),
         [one] => one.clone(),
         [most @ .., last] => format!("{} or {last}", most.join(", ")),

@@ -1,6 +1,8 @@
 //! Pages that are made from the table of keys: the JSON schema of the run file,
 //! the key reference in Markdown, and the lines of a commented run file.
 
+use std::collections::BTreeSet;
+
 use serde_json::{Map, Value, json};
 
 use super::key_path::header;
@@ -219,10 +221,7 @@ fn row(section: &Section, key: &Key) -> String {
         names.next().map(|name| format!("`{name}`"))
     };
     let others = section.ways_with(key.name).iter().filter_map(other_of);
-    let mut others: Vec<String> = others.collect();
-    others.sort();
-    others.dedup();
-    let others = either(&others);
+    let others = either(others.collect::<BTreeSet<_>>());
     let excuse = match key.need {
         Need::ElasticJoint => Some("the joint is rigid".to_owned()),
         Need::SampledLaw => Some("the law is \"continuous\"".to_owned()),
@@ -230,13 +229,11 @@ fn row(section: &Section, key: &Key) -> String {
         _ => None,
     };
     let given = (!others.is_empty()).then(|| format!("{others} is given"));
-    let excuses: Vec<String> = excuse.into_iter().chain(given).collect();
+    let excuses = either(excuse.into_iter().chain(given));
     let mut absent = match key.need {
+        need if need.is_required() && excuses.is_empty() => "required".to_owned(),
         Need::Always | Need::ElasticJoint | Need::SampledLaw | Need::VoltageAtLimit => {
-            match either(&excuses) {
-                none if none.is_empty() => "required".to_owned(),
-                excuses => format!("required unless {excuses}"),
-            }
+            format!("required unless {excuses}")
         }
         Need::CurrentDrive => "required of a current drive".to_owned(),
         Need::Optional => "–".to_owned(),
