@@ -486,6 +486,14 @@ impl Key {
         self.needing(Need::Optional, example)
     }
 
+    pub(super) const fn optional_at(self, example: &'static str, place: Place) -> Self {
+        self.optional(example).at(place)
+    }
+
+    pub(super) const fn or_at(self, default: Value, place: Place) -> Self {
+        self.or(default).at(place)
+    }
+
     pub(super) const fn needing(mut self, need: Need, example: &'static str) -> Self {
         self.need = need;
         self.example = example;
