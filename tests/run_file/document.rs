@@ -162,14 +162,14 @@ pub(crate) fn samples(key: &Key) -> (String, String) {
         Kind::Number(Range::Between(low, high)) => {
             (format!("{low:e}"), format!("{:e}", (low + high) / 2.0))
         }
-        Kind::Number(_) | Kind::NumberOrWord(..) => match key.name {
+        Kind::Number(_) => match key.name {
             // A command of 2 mm that each of its limits limits.
             "max_velocity_mps" => pair("0.05", "0.04"),
             "max_jerk_mps3" => pair("1000", "2000"),
             _ => pair("2", "3.5"),
         },
         Kind::Whole(..) => pair("12", "14"),
-        Kind::Time(Range::NotNegative) | Kind::TimeOrWord(..) => pair("0", "0.001"),
+        Kind::Time(Range::NotNegative) => pair("0", "0.001"),
         Kind::Time(_) => match key.name {
             // Long enough for a rest, and a window within it.
             "duration_s" => pair("1000", "999"),

@@ -74,9 +74,9 @@ fn every_choice_is_another_case() {
     let mut choices_seen = 0;
     for (section, key) in all_keys() {
         let mut cases: Vec<Case> = Vec::new();
-        let choices: &[&str] = match &key.kind {
-            Kind::Choice(choices) => choices,
-            Kind::NumberOrWord(_, word) | Kind::TimeOrWord(_, word) => {
+        let choices: &[&str] = match (&key.kind, &key.word) {
+            (Kind::Choice(choices), _) => choices,
+            (_, Some(word)) => {
                 cases.push(Document::full().with(section, key, "0").case());
                 std::slice::from_ref(word)
             }
@@ -182,9 +182,7 @@ fn values_of_the_wrong_type_are_refused() {
             Kind::Text => &["3", "true", "[]", "{}", "\"\"", "2020-01-01"],
             Kind::Flag => &["0", "1.5", "\"true\"", "[true]", "{}"],
             Kind::Choice(_) => &["0", "true", "\"\"", "\"other\"", "[]", "{}"],
-            Kind::Number(_) | Kind::NumberOrWord(..) | Kind::Time(_) | Kind::TimeOrWord(..) => {
-                &["\"3\"", "true", "[3]", "{}", "12:00:00"]
-            }
+            Kind::Number(_) | Kind::Time(_) => &["\"3\"", "true", "[3]", "{}", "12:00:00"],
             Kind::Whole(..) => &["12.5", "\"12\"", "true", "[12]", "1e99"],
             Kind::Strings => &["3", "true", "\"one\"", "{}"],
             Kind::Table => &["3", "true", "\"one\"", "[]"],
@@ -206,21 +204,16 @@ fn values_of_the_wrong_type_are_refused() {
 fn what_is_not_finite_or_extreme_is_refused() {
     for (section, key) in all_keys() {
         let values: &[&str] = match key.kind {
-            Kind::Number(_)
-            | Kind::NumberOrWord(..)
-            | Kind::Time(_)
-            | Kind::TimeOrWord(..)
-            | Kind::Whole(..) => &["nan", "-nan", "inf", "-inf", "+inf", "1e999", "1e51"],
+            Kind::Number(_) | Kind::Time(_) | Kind::Whole(..) => {
+                &["nan", "-nan", "inf", "-inf", "+inf", "1e999", "1e51"]
+            }
             Kind::Intervals => &["[nan, 0, 1, 0, 1, 0, 1]", "[1, 0, 1, 0, 1, inf, 1]"],
             _ => &[],
         };
         for value in values {
             assert_refused(section, key, value);
         }
-        if matches!(
-            key.kind,
-            Kind::Number(Range::Positive) | Kind::Time(_) | Kind::TimeOrWord(..)
-        ) {
+        if matches!(key.kind, Kind::Number(Range::Positive) | Kind::Time(_)) {
             assert_refused(section, key, "1e-51");
         }
     }
@@ -234,14 +227,9 @@ fn zero_and_negative_are_refused_where_the_range_says_so() {
                 let any = ["travel_mm", "load_force_n"].contains(&key.name);
                 (true, any || key.name.contains("linear"))
             }
-            Kind::Number(Range::NotNegative)
-            | Kind::NumberOrWord(Range::NotNegative, _)
-            | Kind::Time(Range::NotNegative)
-            | Kind::TimeOrWord(Range::NotNegative, _) => (true, false),
+            Kind::Number(Range::NotNegative) | Kind::Time(Range::NotNegative) => (true, false),
             Kind::Whole(low, _) => (low <= 0, low < 0),
-            Kind::Number(_) | Kind::NumberOrWord(..) | Kind::Time(_) | Kind::TimeOrWord(..) => {
-                (false, false)
-            }
+            Kind::Number(_) | Kind::Time(_) => (false, false),
             _ => continue,
         };
         assert_eq!(is_allowed(section, key, "0"), zero, "{} = 0", key.name);
@@ -275,9 +263,9 @@ fn the_table_agrees_with_the_types_that_it_fills() {
                 (key.kind, default),
                 (Kind::Flag, Value::Flag(_))
                     | (Kind::Choice(_), Value::Choice(_))
-                    | (Kind::Number(_) | Kind::NumberOrWord(..), Value::Number(_))
+                    | (Kind::Number(_), Value::Number(_))
                     | (Kind::Whole(..), Value::Whole(_))
-                    | (Kind::Time(_) | Kind::TimeOrWord(..), Value::Nanoseconds(_))
+                    | (Kind::Time(_), Value::Nanoseconds(_))
             );
             assert!(fits, "{}", key.name);
         }

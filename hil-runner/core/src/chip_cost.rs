@@ -106,9 +106,7 @@ impl ExecutionFigures {
         let place = place.unwrap_or(State::ALL.len());
         self.counts_instructions = time.instructions.is_some();
         let count = time.instructions.map_or(time.cycles, u64::from);
-        if let Some(counts) = self.counts.get_mut(place) {
-            counts.push(count);
-        }
+        self.counts[place].push(count);
         self.most_cycles = self.most_cycles.max(time.cycles);
         self.longest_ns = self.longest_ns.max(time.time_ns);
         self.deadline_misses += u64::from(time.time_ns > period_ns);

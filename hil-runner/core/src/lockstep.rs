@@ -58,21 +58,6 @@ const MOST_INPUTS: usize = 100_000;
 /// Receiver of the rows of a run, one call a row.
 pub type RowSink<'a> = dyn FnMut(&Row) -> std::io::Result<()> + Send + 'a;
 
-/// Runs rung `continuous`, which has no samples: a row every row interval.
-///
-/// # Errors
-/// [`RunError`] if a state leaves the finite numbers or a row is not taken.
-pub(crate) fn run_continuous(
-    case: &Case,
-    options: RunOptions,
-    loops: &mut Loops,
-    sink: &mut RowSink<'_>,
-) -> Result<Outcome, RunError> {
-    let mut lockstep = Lockstep::new(case, options, sink);
-    lockstep.continuous()?;
-    Ok(lockstep.outcome(None, loops))
-}
-
 /// Runs a case with whatever controller is at the end of `link`. Where the
 /// delay is measured, the link tells it with each command.
 ///
@@ -85,23 +70,28 @@ pub fn run_over(
     link: &mut impl Link,
     sink: &mut RowSink<'_>,
 ) -> Result<Outcome, RunError> {
-    run_over_among(case, options, link, &mut Loops::default(), sink)
+    run_among(case, options, Some(link), &mut Loops::default(), sink)
 }
 
-/// The same among runs whose loops are known.
+/// The same among runs whose loops are known; without a link rung `continuous`, which has
+/// no samples: a row every row interval.
 ///
 /// # Errors
 /// As [`run_over`].
-pub(crate) fn run_over_among(
+pub(crate) fn run_among(
     case: &Case,
     options: RunOptions,
-    link: &mut impl Link,
+    link: Option<&mut impl Link>,
     loops: &mut Loops,
     sink: &mut RowSink<'_>,
 ) -> Result<Outcome, RunError> {
+    let mut lockstep = Lockstep::new(case, options, sink);
+    let Some(link) = link else {
+        lockstep.continuous()?;
+        return Ok(lockstep.outcome(None, loops));
+    };
     let period_ns = case.controller.sample_time_ns;
     let period_ns = period_ns.ok_or(QuantiseError::NoSampleTime)?;
-    let mut lockstep = Lockstep::new(case, options, sink);
     lockstep.sampled(link, period_ns)?;
     let execution = std::mem::take(&mut lockstep.execution);
     lockstep.chip = link.cost(execution, period_ns)?;

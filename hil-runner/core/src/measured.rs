@@ -156,10 +156,8 @@ fn columns(names: &csv::StringRecord) -> Result<(usize, Vec<LogColumn>, Vec<Stri
         }
     }
     if columns.is_empty() {
-        return Err(format!(
-            "no column besides t_s is known; at least one is needed of {}",
-            known()
-        ));
+        let words = "no column besides t_s is known; at least one is needed of";
+        return Err(format!("{words} {}", known()));
     }
     Ok((time, columns, ignored))
 }

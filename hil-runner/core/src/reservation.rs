@@ -71,12 +71,12 @@ pub fn of(case: &Case, outcome: &Outcome) -> Vec<(Reservation, String)> {
             found.push((Reservation::NotSettled, sentence));
         }
         if floats(case, outcome.final_contact) {
+            let [max, rms] =
+                ["rest_error_max_um", "rest_error_rms_um"].map(|key| summary.shown(key));
             let instead = match summary.rest_error_max_um {
-                Some(_) => format!(
-                    "quote rest_error_max_um ({} µm) and rest_error_rms_um ({} µm)",
-                    summary.shown("rest_error_max_um"),
-                    summary.shown("rest_error_rms_um")
-                ),
+                Some(_) => {
+                    format!("quote rest_error_max_um ({max} µm) and rest_error_rms_um ({rms} µm)")
+                }
                 None => "a longer run has rest_error_max_um and rest_error_rms_um".to_owned(),
             };
             let sentence = format!(

@@ -9,7 +9,7 @@ use crate::demand;
 use crate::error::RunError;
 use crate::figures::{CHIP_FIGURES, HOST_STEP_P99};
 use crate::io::IoKind;
-use crate::lockstep::{run_continuous, run_over_among};
+use crate::lockstep;
 use crate::quantise::QuantiseError;
 use crate::remarks;
 use crate::reservation::{self, Reservation};
@@ -39,11 +39,11 @@ pub(crate) fn run_among(
     loops: &mut Loops,
     sink: &mut RowSink<'_>,
 ) -> Result<Outcome, RunError> {
-    if case.controller.law == Law::Continuous {
-        return run_continuous(case, options, loops, sink);
-    }
-    let mut controller = controller(case, options.io)?;
-    run_over_among(case, options, &mut controller, loops, sink)
+    let mut controller = match case.controller.law {
+        Law::Continuous => None,
+        _ => Some(controller(case, options.io)?),
+    };
+    lockstep::run_among(case, options, controller.as_mut(), loops, sink)
 }
 
 /// The controller of a sampled rung, ready for its first sample.
@@ -197,10 +197,8 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
     warnings.extend(values_of_template(case));
     warnings.extend(remarks::of_case(case));
     if outcome.refused_requests > 0 {
-        warnings.push(format!(
-            "requests of [sequence] that the state of the axis did not allow: {}",
-            outcome.refused_requests
-        ));
+        let words = "requests of [sequence] that the state of the axis did not allow";
+        warnings.push(format!("{words}: {}", outcome.refused_requests));
     }
     warnings
 }

@@ -80,7 +80,7 @@ pub struct ScaledLaw {
     /// The accepted law.
     pub law: Law,
     /// Gains and feed-forward, in the order of the law.
-    pub rows: Vec<FixedPointGain>,
+    pub rows: [FixedPointGain; 6],
 }
 
 impl ScaledLaw {
@@ -131,7 +131,7 @@ impl ScalingRequest {
             FixedPointGain { word, ..gain }
         });
         let error_bits = self.error_bits();
-        let mut words = LawWords {
+        let words = LawWords {
             kp: rows[0].word,
             ki_dt: rows[1].word,
             kd_per_dt: rows[2].word,
@@ -144,20 +144,18 @@ impl ScalingRequest {
             filter,
             anti_windup: self.anti_windup()?,
         };
-        let mut refused = None;
-        for integral_bits in self.integral_bits(wanted[1].wanted, error_bits).rev() {
+        let accepted = |integral_bits| {
+            let mut words = words;
             words.integral_bits = integral_bits;
-            match Law::accept(words, dac) {
-                Ok(law) => {
-                    let rows = rows.to_vec();
-                    return Ok(ScaledLaw { law, rows });
-                }
-                // The range that was wanted says what is in the way.
-                Err(refusal) => refused = refused.or(Some(refusal)),
-            }
-        }
-        // At least one was tried.
-        Err(refused.map_or(QuantiseError::NoSampleTime, QuantiseError::Refused))
+            Law::accept(words, dac)
+        };
+        let ranges = self.integral_bits(wanted[1].wanted, error_bits);
+        // The range that was wanted says what is in the way.
+        let law = accepted(*ranges.end()).or_else(|refusal| {
+            let mut narrower = ranges.rev().skip(1);
+            narrower.find_map(|bits| accepted(bits).ok()).ok_or(refusal)
+        })?;
+        Ok(ScaledLaw { law, rows })
     }
 
     /// Exponent of the range of errors: by need, at least 2^17. What no range
@@ -282,20 +280,14 @@ impl ScalingRequest {
             scaled.is_ok_and(|scaled| scaled.rows[index].word.mantissa != 0)
         };
         // Whole powers of two first, then halves of the interval.
-        let mut low = 0.0;
-        let mut high = f64::INFINITY;
-        for exponent in -60..60 {
-            let value = 2_f64.powi(exponent);
-            if fits(value) {
-                low = value;
-            } else if low > 0.0 {
-                high = value;
-                break;
-            }
-        }
-        if !high.is_finite() {
-            return rounded_down(low, 5);
-        }
+        let power_fits = |exponent: &i32| fits(2_f64.powi(*exponent));
+        let Some(least) = (-60..60).find(power_fits) else {
+            return 0.0;
+        };
+        let Some(beyond) = (least + 1..60).find(|exponent| !power_fits(exponent)) else {
+            return rounded_down(2_f64.powi(59), 5);
+        };
+        let [mut low, mut high] = [beyond - 1, beyond].map(|exponent| 2_f64.powi(exponent));
         for _ in 0..12 {
             let middle = 0.5 * (low + high);
             if fits(middle) {

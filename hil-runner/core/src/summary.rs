@@ -242,21 +242,15 @@ impl AxisReport {
 
 /// What the rows tell of a run, which the plant's own observer does not see.
 #[derive(Debug)]
-pub(crate) struct RowFigures {
+pub(crate) struct RowFigures<S = Seen> {
     pub(crate) rows: u64,
     pub(crate) squared_acc_error: f64,
     pub(crate) max_abs_dac_code: Option<f64>,
-    pub(crate) seen: Seen,
+    pub(crate) seen: S,
 }
 
-/// Collects that from row to row.
-#[derive(Debug)]
-pub(crate) struct RowSums {
-    rows: u64,
-    squared_acc_error: f64,
-    max_abs_dac_code: Option<f64>,
-    seen: SeenRows<One>,
-}
+/// That, collected from row to row.
+pub(crate) type RowSums = RowFigures<SeenRows<One>>;
 
 impl RowSums {
     pub(crate) fn new(case: &Case) -> Self {

@@ -80,7 +80,7 @@ impl RemoteAxis {
                 queue.fill(arrivals.queue_is_dry);
             }
             // Only an axis that moves takes from it.
-            if self.reported.state() == State::Moving {
+            if self.reported.status.state == State::Moving {
                 next = source.next(&Observed::default());
             }
         }

@@ -114,12 +114,12 @@ impl AxisController {
     /// The code in force after one sample.
     pub fn code(&mut self, measurement: Measurement) -> i32 {
         self.sample(measurement);
-        self.reported.code()
+        self.reported.code
     }
 
     /// The report so far.
     pub fn status(&self) -> AxisStatus {
-        self.reported.status()
+        self.reported.status
     }
 
     /// Takes a sample; whether it was outside the declared ranges.

@@ -233,11 +233,9 @@ fn routine(setup: &Setup<'_>, true_half_counts: f64) -> Result<BacklashMeasureme
             ratio: ratio(setup.motor_counts_per_load_count(load))?,
         },
         (FlankDetection::LoadEncoder, None) => {
-            return Err(QuantiseError::Bench(
-                "backlash.backlash_measurement_detection = \"load-encoder\" needs load_encoder.counts_per_rad or \
-                 load_encoder.counts_per_mm; \"effort\" does without"
-                    .to_owned(),
-            ));
+            let because = "backlash.backlash_measurement_detection = \"load-encoder\" needs load_encoder.counts_per_rad or \
+                           load_encoder.counts_per_mm; \"effort\" does without";
+            return Err(QuantiseError::Bench(because.to_owned()));
         }
         (FlankDetection::Effort, _) => Detection::Effort {
             codes: backlash.backlash_measurement_effort_codes,

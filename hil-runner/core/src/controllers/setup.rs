@@ -13,7 +13,7 @@ use firmware::{Dac, Event};
 use plant::Encoder;
 
 use super::setpoint::{LastTable, Setpoint};
-use super::world::{Generator, Source, StreamedQueue};
+use super::world::{Generator, Source, Supply};
 use crate::case::Case;
 use crate::message::whole;
 use crate::options::{self, Compensation, Feedback, RestIntegrator, SetpointOrigin};
@@ -213,20 +213,15 @@ impl<'a> Setup<'a> {
 
     /// The same, from the last table if that is theirs.
     pub(super) fn source_with(&self, law: &Law, last: &mut LastTable) -> Source {
-        match (self.case.options.law.setpoints, &self.plan) {
-            (SetpointOrigin::Generator, Some(plan)) => {
-                Source::Generator(Box::new(Generator::new(plan, law)))
+        let generator = self.plan.as_ref().map(|plan| Generator::new(plan, law));
+        let mut table = || last.of(&self.setpoint, self.rates);
+        match (self.case.options.law.setpoints, generator) {
+            (SetpointOrigin::Generator, Some(generator)) => Source::Generator(Box::new(generator)),
+            (SetpointOrigin::Queue, Some(generator)) => {
+                Source::queue(Supply::of_stretches(generator, self.rates().velocity))
             }
-            (SetpointOrigin::Queue, Some(plan)) => {
-                let generator = Generator::new(plan, law);
-                let queue = StreamedQueue::of_stretches(generator, self.rates().velocity);
-                Source::Queue(Box::new(queue))
-            }
-            (SetpointOrigin::Queue, None) => {
-                let table = last.of(&self.setpoint, self.rates);
-                Source::Queue(Box::new(StreamedQueue::of_table(table)))
-            }
-            _ => Source::Table(last.of(&self.setpoint, self.rates)),
+            (SetpointOrigin::Queue, None) => Source::queue(Supply::Table(table())),
+            _ => Source::Table(table()),
         }
     }
 

@@ -180,11 +180,11 @@ fn register(counts: i64, mask: u32) -> u32 {
 #[derive(Debug, Clone)]
 pub struct Reported {
     /// The state is that after the last request or sample.
-    status: AxisStatus,
+    pub status: AxisStatus,
     /// `e` of the last sample that ran \[counts\].
     error_counts: i32,
     /// The code in force.
-    code: i32,
+    pub code: i32,
 }
 
 impl Reported {
@@ -198,21 +198,6 @@ impl Reported {
             error_counts: 0,
             code: 0,
         }
-    }
-
-    /// The state after the last request or sample.
-    pub fn state(&self) -> State {
-        self.status.state
-    }
-
-    /// The report so far.
-    pub fn status(&self) -> AxisStatus {
-        self.status
-    }
-
-    /// The code in force.
-    pub fn code(&self) -> i32 {
-        self.code
     }
 
     /// A request before a sample, that leads to another state or is refused.
@@ -257,6 +242,18 @@ pub enum Source {
     Generator(Box<Generator>),
     /// A queue that the host keeps filled.
     Queue(Box<StreamedQueue>),
+}
+
+impl Source {
+    /// A queue that is filled from there.
+    pub(super) fn queue(supply: Supply) -> Self {
+        Self::Queue(Box::new(StreamedQueue {
+            supply,
+            stream: Stream::new(),
+            ended: false,
+            last: None,
+        }))
+    }
 }
 
 impl SetpointSource for Source {
@@ -319,15 +316,13 @@ impl Generator {
     }
 
     fn next(&mut self) -> Next {
-        let stretch = self.stretches.get(self.taken);
+        let next = self.stretches.get(self.taken).copied();
         self.taken += 1;
-        stretch.map_or(
-            Next::Last(Setpoint {
-                position: self.end,
-                ..Setpoint::default()
-            }),
-            |stretch| Next::Stretch(*stretch),
-        )
+        let end = Setpoint {
+            position: self.end,
+            ..Setpoint::default()
+        };
+        next.map_or(Next::Last(end), Next::Stretch)
     }
 }
 
@@ -336,7 +331,7 @@ const WAITING: usize = 16;
 
 /// Setpoints for a queue, one after the other.
 #[derive(Debug, Clone)]
-enum Supply {
+pub(super) enum Supply {
     /// From a generator of the host: the present stretch at the last sample, what is left of
     /// it, and the fraction bits of its velocity.
     Stretches(Generator, Stretch, u32, u8),
@@ -345,6 +340,10 @@ enum Supply {
 }
 
 impl Supply {
+    pub(super) fn of_stretches(generator: Generator, velocity_bits: u8) -> Self {
+        Self::Stretches(generator, Stretch::default(), 0, velocity_bits)
+    }
+
     fn next(&mut self) -> Streamed {
         let next = match self {
             Self::Stretches(_, stretch, left @ 1.., bits) => {
@@ -382,24 +381,6 @@ pub struct StreamedQueue {
 }
 
 impl StreamedQueue {
-    pub(super) fn of_stretches(generator: Generator, velocity_bits: u8) -> Self {
-        let stretch = Stretch::default();
-        Self::new(Supply::Stretches(generator, stretch, 0, velocity_bits))
-    }
-
-    pub(super) fn of_table(table: Table) -> Self {
-        Self::new(Supply::Table(table))
-    }
-
-    fn new(supply: Supply) -> Self {
-        Self {
-            supply,
-            stream: Stream::new(),
-            ended: false,
-            last: None,
-        }
-    }
-
     /// Sends what there is room for; nothing where the link is `broken`.
     pub fn fill(&mut self, broken: bool) {
         let (mut sender, _) = self.stream.split();

@@ -4,7 +4,7 @@ use crate::runfile::RunFileErrors;
 use serde_json::{Map, Value, json};
 
 /// JSON with columns beside it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Answer {
     /// Everything but the columns.
     pub json: Value,
@@ -17,11 +17,9 @@ pub struct Answer {
 impl Answer {
     /// An answer without columns.
     pub fn of(json: Value) -> Self {
-        let (values, columns) = (Vec::new(), Map::new());
         Self {
             json,
-            values,
-            columns,
+            ..Self::default()
         }
     }
 

@@ -151,21 +151,17 @@ fn verdict(of: &Verdict, figures: &[FigureRow]) -> Value {
 }
 
 fn add_traces(answer: &mut Answer, traces: &Traces) {
-    let columns = [
-        ("t_s", Some(&traces.t_s)),
-        ("acc_ref_mps2", Some(&traces.acc_ref_mps2)),
-        ("acc_mps2", Some(&traces.acc_mps2)),
-        ("x_ref_m", Some(&traces.x_ref_m)),
-        ("x_m", Some(&traces.x_m)),
-        ("v_ref_mps", Some(&traces.v_ref_mps)),
-        ("v_mps", Some(&traces.v_mps)),
-        ("following_error_mm", Some(&traces.following_error_mm)),
-        ("motor_voltage_v", Some(&traces.motor_voltage_v)),
-        ("current_a", Some(&traces.current_a)),
-        ("dac_code", traces.dac_code.as_ref()),
-        ("gap_deg", traces.gap_deg.as_ref()),
-    ];
-    for (name, column) in columns {
+    answer.add("t_s", &traces.t_s);
+    answer.add("acc_ref_mps2", &traces.acc_ref_mps2);
+    answer.add("acc_mps2", &traces.acc_mps2);
+    answer.add("x_ref_m", &traces.x_ref_m);
+    answer.add("x_m", &traces.x_m);
+    answer.add("v_ref_mps", &traces.v_ref_mps);
+    answer.add("v_mps", &traces.v_mps);
+    answer.add("following_error_mm", &traces.following_error_mm);
+    answer.add("motor_voltage_v", &traces.motor_voltage_v);
+    answer.add("current_a", &traces.current_a);
+    for (name, column) in [("dac_code", &traces.dac_code), ("gap_deg", &traces.gap_deg)] {
         if let Some(column) = column {
             answer.add(name, column);
         }

@@ -3,7 +3,7 @@
 //! that concern several of them, which `consistency` has.
 
 use super::errors::{Findings, Place, one_line};
-use super::key_path::{self, Hint};
+use super::key_path::{self, KeyPath, Unknown};
 use super::keys::{
     Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, List, Need, Range, SMALLEST_MAGNITUDE, Section,
     Way, path,
@@ -37,11 +37,8 @@ pub(super) fn check(tree: &Table, findings: &mut Findings) -> Values {
                 let because = format!("{because} is there too; a file has one of them");
                 findings.refuse(rows, name, because);
             }
-            (None, None)
-                if table.is_none()
-                    && section.is_required()
-                    && !meant.contains(&("", section.name)) =>
-            {
+            // The top of the file, which is always there, is not required.
+            (None, None) if section.is_required() && !meant.contains(&("", section.name)) => {
                 findings.push_missing(None, lacks_section(section));
             }
             _ => {}
@@ -77,8 +74,8 @@ pub(super) fn section(tree: &Table, name: &str, findings: &mut Findings) -> Valu
     if let (Some(section), Some(table)) = (table::find(name), tree.section(name)) {
         for (key, node) in &table.entries {
             if section.key(key).is_none() {
-                let problem = key_path::key(name, key).problem(format!("key {}", path(name, key)));
-                findings.push(node.place.clone(), problem);
+                let what = format!("key {}", path(name, key));
+                findings.push(node.place.clone(), key_path::key(what, name, key).0);
             }
         }
         let part = Part::new(section, name.to_owned());
@@ -119,9 +116,10 @@ impl Part {
         meant: &[(&'static str, &'static str)],
         findings: &mut Findings,
     ) -> Self {
-        let section = self.section;
+        let (section, nothing) = (self.section, Table::default());
+        let (is_there, table) = (table.is_some(), table.unwrap_or(&nothing));
         for key in section.keys {
-            let entry = if let Some(node) = table.and_then(|table| table.get(key.name)) {
+            let entry = if let Some(node) = table.get(key.name) {
                 let checked = check_value(key, node).map_err(|because| {
                     findings.refuse(node, &path(&self.name, key.name), because);
                 });
@@ -131,13 +129,11 @@ impl Part {
                     value: checked.ok(),
                 })
             } else {
-                let is_there = |name: &str| {
-                    meant.contains(&(section.name, name))
-                        || table.is_some_and(|table| table.get(name).is_some())
-                };
-                if table.is_some()
-                    && !is_there(key.name)
-                    && let Some(words) = missing_words(key, section, &is_there, tree)
+                let has =
+                    |name: &str| meant.contains(&(section.name, name)) || table.get(name).is_some();
+                if is_there
+                    && !has(key.name)
+                    && let Some(words) = missing_words(key, section, &has, tree)
                 {
                     let place = node.map(|node| &node.place);
                     let line = match place {
@@ -148,9 +144,9 @@ impl Part {
                     findings.push_missing(place, sentence);
                 }
                 // Another way than that of the default is taken.
-                let mut given = table.iter().flat_map(|table| &table.entries);
-                let is_excluded = given.any(|(name, _)| section.excludes(key.name, name));
-                let default = key.default().filter(|_| !is_excluded);
+                let excludes = |(name, _): &(String, _)| section.excludes(key.name, name);
+                let default = key.default();
+                let default = default.filter(|_| !table.entries.iter().any(excludes));
                 default.map(|value| Entry {
                     place: None,
                     text: value.to_toml(),
@@ -166,10 +162,9 @@ impl Part {
 /// A key as a message shows it: in quotes if TOML would need them.
 fn show_key(name: &str) -> String {
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if !name.is_empty() && name.chars().all(bare) {
-        one_line(name, 60)
-    } else {
-        one_line(&format!("{name:?}"), 60)
+    match !name.is_empty() && name.chars().all(bare) {
+        true => one_line(name, 60),
+        false => one_line(&format!("{name:?}"), 60),
     }
 }
 
@@ -178,9 +173,9 @@ fn show_key(name: &str) -> String {
 /// reported as missing on top.
 fn report_unknown(tree: &Table, findings: &mut Findings) -> Vec<(&'static str, &'static str)> {
     let mut meant = Vec::new();
-    let mut tell = |section: &'static str, what: String, node: &Node, hint: Hint| {
-        findings.push(node.place.clone(), hint.problem(what));
-        meant.extend(hint.meant.into_iter().map(|name| (section, name)));
+    let mut tell = |section: &'static str, node: &Node, (problem, names): Unknown| {
+        findings.push(node.place.clone(), problem);
+        meant.extend(names.into_iter().map(|name| (section, name)));
     };
     let of_top = |name: &str| table::find("").is_some_and(|top| top.key(name).is_some());
     for (name, node) in &tree.entries {
@@ -193,20 +188,20 @@ fn report_unknown(tree: &Table, findings: &mut Findings) -> Vec<(&'static str, &
             let rows = node.value.rows().into_iter();
             (&list.row, rows.filter_map(|(_, table)| table).collect())
         } else {
-            let (what, hint) = match node.value {
+            let shown = show_key(name);
+            let unknown = match node.value {
                 Toml::Table(_) | Toml::Array(_) => {
-                    let what = format!("section [{}]", show_key(name));
-                    (what, key_path::section(name))
+                    key_path::section(format!("section [{shown}]"), name)
                 }
-                _ => (format!("key {}", show_key(name)), key_path::key("", name)),
+                _ => key_path::key(format!("key {shown}"), "", name),
             };
-            tell("", what, node, hint);
+            tell("", node, unknown);
             continue;
         };
         let entries = tables.into_iter().flat_map(|table| &table.entries);
         for (name, node) in entries.filter(|(name, _)| known.key(name).is_none()) {
             let what = format!("key {}.{}", known.name, show_key(name));
-            tell(known.name, what, node, key_path::key(known.name, name));
+            tell(known.name, node, key_path::key(what, known.name, name));
         }
     }
     meant
@@ -287,11 +282,8 @@ fn lacks_section(section: &Section) -> String {
     let keys: Vec<String> = section.keys.iter().filter_map(name_of).collect();
     let list = table::list_instead_of(section);
     let rows = list.map_or(String::new(), |list| format!(", or [[{}]]", list.row.name));
-    format!(
-        "lacks the section [{}] with {}{rows}",
-        section.name,
-        keys.join(", ")
-    )
+    let (name, keys) = (section.name, keys.join(", "));
+    format!("lacks the section [{name}] with {keys}{rows}")
 }
 
 /// The value if it is what the key allows.
@@ -299,58 +291,46 @@ fn lacks_section(section: &Section) -> String {
 /// # Errors
 /// The sentence that says what is allowed.
 pub(super) fn check_value(key: &Key, node: &Node) -> Result<Value, String> {
-    let must = |words: &str| Err(format!("the {} must be {words}", key.subject()));
-    let wrong_type = |noun: &str| {
-        let is = node.value.type_words();
-        must(&format!("{noun}{}, not {is}", key.allowed()))
-    };
-    match (key.kind, &node.value) {
+    if let Some(word) = key.word.filter(|word| node.value.text() == Some(*word)) {
+        return Ok(Value::Choice(word));
+    }
+    let allowed = || key.allowed();
+    let is = node.value.type_words();
+    let read = match (key.kind, &node.value) {
+        (Kind::Intervals, Toml::Array(items)) => return check_intervals(items, key),
         (Kind::Text, Toml::Text(text)) => {
-            if text.trim().is_empty() || text.chars().any(char::is_control) {
-                return must("a string in one line that is not empty");
-            }
-            Ok(Value::Text)
+            let is_line = !text.trim().is_empty() && !text.chars().any(char::is_control);
+            let words = || "a string in one line that is not empty".to_owned();
+            is_line.then_some(Value::Text).ok_or_else(words)
         }
         (Kind::Flag, Toml::Flag(flag)) => Ok(Value::Flag(*flag)),
         (Kind::Choice(choices), Toml::Text(text)) => {
-            match choices.iter().find(|choice| *choice == text) {
-                Some(choice) => Ok(Value::Choice(choice)),
-                None => must(&key.allowed()),
-            }
+            let known = choices.iter().find(|choice| *choice == text);
+            let known = known.map(|choice| Value::Choice(choice));
+            known.ok_or_else(allowed)
         }
-        (Kind::NumberOrWord(_, word) | Kind::TimeOrWord(_, word), Toml::Text(text))
-            if text == word =>
-        {
-            Ok(Value::Choice(word))
-        }
-        (Kind::Number(range) | Kind::NumberOrWord(range, _), Toml::Number(value, _)) => {
-            let checked = check_number(*value, range, key);
-            checked.map(Value::Number).or_else(|words| must(&words))
+        (Kind::Number(range), Toml::Number(value, _)) => {
+            check_number(*value, range, key).map(Value::Number)
         }
         (Kind::Whole(low, high), Toml::Number(value, _)) => {
             // Exact: the limits of the table are far below 2^53.
-            let inside = (low as f64..=high as f64).contains(value);
-            if !inside || value.fract() != 0.0 {
-                return must(&key.allowed());
-            }
-            Ok(Value::Whole(*value as i64))
+            let fits = (low as f64..=high as f64).contains(value) && value.fract() == 0.0;
+            let whole = Value::Whole(*value as i64);
+            fits.then_some(whole).ok_or_else(allowed)
         }
-        (Kind::Time(range) | Kind::TimeOrWord(range, _), Toml::Number(value, decimal)) => {
-            let time = check_time(*value, decimal, range, key);
-            time.map(Value::Nanoseconds).or_else(|words| must(&words))
+        (Kind::Time(range), Toml::Number(value, decimal)) => {
+            check_time(*value, decimal, range, key).map(Value::Nanoseconds)
         }
-        (Kind::Intervals, Toml::Array(items)) => check_intervals(items, key),
         (Kind::Strings, Toml::Array(_)) | (Kind::Table, Toml::Table(_)) => Ok(Value::Text),
         // A string may be the right type and the wrong word.
-        (Kind::NumberOrWord(..) | Kind::TimeOrWord(..), _) => {
-            must(&format!("a number, {}", key.allowed()))
-        }
-        (Kind::Flag | Kind::Choice(_), _) => must(&key.allowed()),
+        _ if key.word.is_some() => Err(format!("a number, {}", allowed())),
+        (Kind::Flag | Kind::Choice(_), _) => Err(allowed()),
         (Kind::Number(range) | Kind::Time(range), _) if range != Range::Any => {
-            wrong_type("a number, ")
+            Err(format!("a number, {}, not {is}", allowed()))
         }
-        _ => wrong_type(""),
-    }
+        _ => Err(format!("{}, not {is}", allowed())),
+    };
+    read.map_err(|words| format!("the {} must be {words}", key.subject()))
 }
 
 /// # Errors
@@ -362,21 +342,16 @@ pub(super) fn check_number(value: f64, range: Range, key: &Key) -> Result<f64, S
         Range::NotNegative => value >= 0.0,
         Range::Between(low, high) => (low..=high).contains(&value),
     };
-    if !value.is_finite() {
-        let words = key.allowed();
-        return Err(match range {
-            Range::Any => words,
-            _ => format!("a finite number, {words}"),
-        });
+    if !value.is_finite() && range != Range::Any {
+        return Err(format!("a finite number, {}", key.allowed()));
     }
-    if !inside {
+    if !inside || !value.is_finite() {
         return Err(key.allowed());
     }
     if value != 0.0 && !(SMALLEST_MAGNITUDE..=LARGEST_MAGNITUDE).contains(&value.abs()) {
+        let [low, high] = [SMALLEST_MAGNITUDE, LARGEST_MAGNITUDE].map(show_number);
         return Err(format!(
-            "from {} to {} in magnitude, so that what is derived from it can be computed",
-            show_number(SMALLEST_MAGNITUDE),
-            show_number(LARGEST_MAGNITUDE)
+            "from {low} to {high} in magnitude, so that what is derived from it can be computed"
         ));
     }
     Ok(value)
@@ -417,10 +392,9 @@ fn check_intervals(items: &[Node], key: &Key) -> Result<Value, String> {
     if wrong.is_empty() {
         return Ok(Value::Intervals(intervals));
     }
+    let (wrong, most) = (wrong.join(", "), show_number(LARGEST_MAGNITUDE));
     Err(format!(
-        "{}; every interval must be a number of seconds from 0 to {}",
-        wrong.join(", "),
-        show_number(LARGEST_MAGNITUDE)
+        "{wrong}; every interval must be a number of seconds from 0 to {most}"
     ))
 }
 
@@ -452,8 +426,8 @@ impl Values {
 
     /// How messages and [`Values::entry`] call the rows of a list: `load.1`.
     pub(super) fn row_names(&self, list: &str) -> impl Iterator<Item = &str> {
-        let rows = self.parts.iter().filter(|part| part.list.is_some());
-        let rows = rows.filter(move |part| part.section.name == list);
+        let is_row = move |part: &&Part| part.list.is_some_and(|of| of.row.name == list);
+        let rows = self.parts.iter().filter(is_row);
         rows.map(|part| part.name.as_str())
     }
 
@@ -461,6 +435,13 @@ impl Values {
     /// or wrong.
     pub(super) fn is_given(&self, key: &str) -> bool {
         self.entry(key).is_some_and(|entry| entry.place.is_some())
+    }
+
+    /// Path of the first key that says the same as another one in another way.
+    pub(super) fn given_instead(&self, key: &KeyPath) -> Option<String> {
+        let others = table::find(key.section)?.others(key.key.name);
+        let mut paths = others.map(|other| path(key.section, other));
+        paths.find(|path| self.is_given(path))
     }
 
     /// Section, key and entry of what the file or the command line says outside of lists.

@@ -34,8 +34,13 @@ const LOAD_ENCODER: &str = "load_encoder.counts_per_rad or load_encoder.counts_p
 /// A key, and the sentence that says why its value is refused.
 type Refusal = (String, String);
 
-fn refused(key: &str, because: String) -> Refusal {
-    (key.to_owned(), because)
+fn refused(key: &str, because: impl Into<String>) -> Refusal {
+    (key.to_owned(), because.into())
+}
+
+/// The refusal of a value that is wrong.
+fn refused_if(wrong: bool, key: &str, because: impl FnOnce() -> String) -> Option<Refusal> {
+    wrong.then(|| refused(key, because()))
 }
 
 /// Reports what does not go together, and gives the motion. A value that was
@@ -58,7 +63,9 @@ pub(super) fn check(
     refusals.extend(count_jump(v));
     let must = "the release must come after the stop";
     refusals.extend(times(v, [STOP_RELEASE, STOP], u64::le, must));
-    refusals.extend(feedback(v));
+    let lacks_encoder = is_dual(v) && !has_load_encoder(v);
+    let because = || format!("\"dual\" needs {LOAD_ENCODER}");
+    refusals.extend(refused_if(lacks_encoder, FEEDBACK, because));
     refusals.extend(compensation(v));
     refusals.extend(measured_gap(v));
     refusals.extend(enable(v));
@@ -74,7 +81,9 @@ pub(super) fn check(
         refusals.extend(planned_on_the_chip(v, motion));
     }
     refusals.extend(rows(v));
-    refusals.extend(rk4_steps(v));
+    if v.get("run.solver") == Some(SolverChoice::Rk4) {
+        refusals.extend(limit_count(v, "run.rk4_step_s", 0, MOST_RK4_STEPS, "steps"));
+    }
     for (key, because) in refusals {
         let (place, problem) = refusal(v, &key, because);
         findings.push(place, problem);
@@ -148,12 +157,11 @@ fn planned_on_the_chip(v: &Values, motion: &Motion) -> Option<Refusal> {
         _ => "several moves",
     };
     let key = "controller.setpoints";
-    let planned = v.get(key) == Some(SetpointOrigin::Generator);
-    (law(v) == Some(Law::Firmware) && planned).then(|| {
-        let because = format!(
+    let is_planned = v.get(key) == Some(SetpointOrigin::Generator);
+    refused_if(law(v) == Some(Law::Firmware) && is_planned, key, || {
+        format!(
             "the firmware plans one move at a time, and this motion is {what}; use \"table\" or \"queue\""
-        );
-        refused(key, because)
+        )
     })
 }
 
@@ -174,10 +182,7 @@ fn one_way(v: &Values, part: &Part, ways: &[Way]) -> Option<Refusal> {
     let (section, at) = (part.section, &part.name);
     let keys = part.entries.iter();
     let keys = keys.filter(|(key, _)| ways.iter().any(|way| way.contains(&key.name)));
-    let given = keys.filter_map(|(key, entry)| match entry.place.as_ref()? {
-        Place::Line(line) => Some((*line, key.name)),
-        _ => Some((usize::MAX, key.name)),
-    });
+    let given = keys.filter_map(|(key, entry)| Some((entry.place.as_ref()?.order(), key.name)));
     let mut given: Vec<(usize, &str)> = given.collect();
     given.sort_by_key(|(line, _)| *line);
     // The message stands with the later line.
@@ -187,10 +192,8 @@ fn one_way(v: &Values, part: &Part, ways: &[Way]) -> Option<Refusal> {
         Some((other.1, *key))
     })?;
     let quoted = v.quote(&path(at, other));
-    let because = format!(
-        "{quoted} gives the same in another way; give {}",
-        section.ways_words(ways)
-    );
+    let ways = section.ways_words(ways);
+    let because = format!("{quoted} gives the same in another way; give {ways}");
     Some(refused(&path(at, key), because))
 }
 
@@ -221,7 +224,7 @@ fn drive(v: &Values) -> Vec<Refusal> {
     let of_gains =
         of_gains.flat_map(|section| gains.concat().into_iter().map(|key| path(section, key)));
     let given = of_drive.chain(of_gains).filter(|key| v.is_given(key));
-    given.map(|key| refused(&key, because.to_owned())).collect()
+    given.map(|key| refused(&key, because)).collect()
 }
 
 /// Keys that mean something only beside another one.
@@ -230,9 +233,9 @@ fn partners(v: &Values) -> Vec<Refusal> {
         let Need::OnlyWith(partner) = key.need else {
             return None;
         };
-        let partner = path(section, partner);
-        let refusal = || refused(&path(section, key.name), format!("it needs {partner}"));
-        (!v.is_given(&partner)).then(refusal)
+        let (key, partner) = (path(section, key.name), path(section, partner));
+        let because = || format!("it needs {partner}");
+        refused_if(!v.is_given(&partner), &key, because)
     };
     v.given().filter_map(of_key).collect()
 }
@@ -244,25 +247,22 @@ fn resistance(v: &Values) -> Vec<Refusal> {
         (A2, "quadratic resistance a2"),
     ];
     let negative = |key| v.get(switch) == Some(true) && v.get(key).is_some_and(|a: f64| a < 0.0);
-    let terms = terms.into_iter().filter(|(key, _)| negative(key));
     let refused_term = |(key, meaning)| {
-        let switch = v.quote(switch);
-        let because = format!("the {meaning} must be at least 0 with {switch}");
-        refused(key, because)
+        let because = || format!("the {meaning} must be at least 0 with {}", v.quote(switch));
+        refused_if(negative(key), key, because)
     };
-    terms.map(refused_term).collect()
+    terms.into_iter().filter_map(refused_term).collect()
 }
 
 const A2: &str = "carriage.resistance_quadratic_ns2_per_rad2";
 
 fn exact_needs_affine(v: &Values) -> Option<Refusal> {
     let is_exact = v.get("run.solver") == Some(SolverChoice::Exact);
-    (is_exact && v.get::<f64>(A2)? != 0.0).then(|| {
-        let because = format!(
+    refused_if(is_exact && v.get::<f64>(A2)? != 0.0, "run.solver", || {
+        format!(
             "the exact solution exists only without quadratic resistance, and {}; \"auto\" and \"dopri5\" solve it",
             v.quote(A2)
-        );
-        refused("run.solver", because)
+        )
     })
 }
 
@@ -278,17 +278,18 @@ fn times(
     wrong: fn(&u64, &u64) -> bool,
     must: &str,
 ) -> Option<Refusal> {
-    wrong(&v.get(key)?, &v.get(other)?).then(|| refused(key, format!("{must}, {}", v.quote(other))))
+    let because = || format!("{must}, {}", v.quote(other));
+    refused_if(wrong(&v.get(key)?, &v.get(other)?), key, because)
 }
 
 fn gain_change(v: &Values) -> Option<Refusal> {
     let section = table::find("gain_change")?;
     let given = |key: &Key| v.is_given(&path(section.name, key.name));
     let mut gains = section.keys.iter().filter(|key| key.name != "at_s");
-    (v.is_given("gain_change.at_s") && !gains.any(given)).then(|| {
+    let at = "gain_change.at_s";
+    refused_if(v.is_given(at) && !gains.any(given), at, || {
         let ways = section.ways.iter().map(|ways| section.ways_words(ways));
-        let because = format!("no gain changes; give {}", ways.collect::<String>());
-        refused("gain_change.at_s", because)
+        format!("no gain changes; give {}", ways.collect::<String>())
     })
 }
 
@@ -297,10 +298,9 @@ fn gain_change(v: &Values) -> Option<Refusal> {
 fn count_jump(v: &Values) -> Option<Refusal> {
     let (jump, bits) = ("limits.count_jump_counts", "encoder.counter_bits");
     let half = 1_u32.checked_shl(v.get::<u32>(bits)?.saturating_sub(1))?;
-    (v.get::<u32>(jump)? >= half).then(|| {
+    refused_if(v.get::<u32>(jump)? >= half, jump, || {
         let counter = v.quote(bits);
-        let because = format!("it must be less than {half}, half the range of {counter}");
-        refused(jump, because)
+        format!("it must be less than {half}, half the range of {counter}")
     })
 }
 
@@ -314,32 +314,23 @@ fn has_load_encoder(v: &Values) -> bool {
     v.is_given("load_encoder.counts_per_rad") || v.is_given("load_encoder.counts_per_mm")
 }
 
-fn feedback(v: &Values) -> Option<Refusal> {
-    (is_dual(v) && !has_load_encoder(v))
-        .then(|| refused(FEEDBACK, format!("\"dual\" needs {LOAD_ENCODER}")))
-}
-
 const COMPENSATION: &str = "backlash.compensation";
 
 fn compensation(v: &Values) -> Vec<Refusal> {
-    let mut refusals = Vec::new();
     if matches!(v.get(COMPENSATION), None | Some(Compensation::None)) {
-        return refusals;
+        return Vec::new();
     }
-    if is_dual(v) {
-        let because = format!(
+    let needless = refused_if(is_dual(v), COMPENSATION, || {
+        format!(
             "with {} the position behind the gap is controlled already; use \"none\" or feedback = \"motor\"",
             v.quote(FEEDBACK)
-        );
-        refusals.push(refused(COMPENSATION, because));
-    }
+        )
+    });
     let mut missing = vec!["limits.velocity_mps", "limits.acceleration_mps2"];
     missing.retain(|key| !v.is_given(key));
-    if !missing.is_empty() {
-        let because = format!("the backlash compensation needs {}", missing.join(" and "));
-        refusals.push(refused(COMPENSATION, because));
-    }
-    refusals
+    let because = || format!("the backlash compensation needs {}", missing.join(" and "));
+    let lacking = refused_if(!missing.is_empty(), COMPENSATION, because);
+    needless.into_iter().chain(lacking).collect()
 }
 
 const GAP: &str = "backlash.gap";
@@ -351,8 +342,9 @@ fn is_gap_measured(v: &Values) -> bool {
 fn measured_gap(v: &Values) -> Option<Refusal> {
     let key = "backlash.backlash_measurement_detection";
     let by_load_encoder = v.get(key) == Some(FlankDetection::LoadEncoder);
-    (is_gap_measured(v) && by_load_encoder && !has_load_encoder(v))
-        .then(|| refused(GAP, format!("{} needs {LOAD_ENCODER}", v.quote(key))))
+    let lacks = is_gap_measured(v) && by_load_encoder && !has_load_encoder(v);
+    let because = || format!("{} needs {LOAD_ENCODER}", v.quote(key));
+    refused_if(lacks, GAP, because)
 }
 
 /// The axis is enabled from the start: asking again makes sense only after
@@ -361,21 +353,18 @@ fn enable(v: &Values) -> Option<Refusal> {
     let key = "sequence.enable_s";
     let enable_ns: u64 = v.get(key)?;
     let before = ["sequence.disable_s", "sequence.reset_s"].map(|key| v.get::<u64>(key));
-    (!before.into_iter().flatten().any(|ns| ns <= enable_ns)).then(|| {
-        let because = "the axis is enabled from the start; it needs an earlier \
-                       sequence.disable_s or sequence.reset_s"
-            .to_owned();
-        refused(key, because)
-    })
+    let because = "the axis is enabled from the start; it needs an earlier sequence.disable_s or \
+                   sequence.reset_s";
+    let is_enabled = !before.into_iter().flatten().any(|ns| ns <= enable_ns);
+    is_enabled.then(|| refused(key, because))
 }
 
 fn underrun(v: &Values) -> Option<Refusal> {
     let (origin, underrun) = ("controller.setpoints", "inject.setpoint_underrun_s");
     let is_queue = v.get::<SetpointOrigin>(origin)? == SetpointOrigin::Queue;
-    (!is_queue && v.is_given(underrun)).then(|| {
+    refused_if(!is_queue && v.is_given(underrun), underrun, || {
         let quoted = v.quote(origin);
-        let because = format!("{quoted} cannot run dry; it needs setpoints = \"queue\"");
-        refused(underrun, because)
+        format!("{quoted} cannot run dry; it needs setpoints = \"queue\"")
     })
 }
 
@@ -384,13 +373,13 @@ fn underrun(v: &Values) -> Option<Refusal> {
 fn damping(v: &Values) -> Option<Refusal> {
     let key = "controller.derivative";
     let measured = v.get(key) == Some(Derivative::Measurement);
-    (is_dual(v) && has_load_encoder(v) && !measured).then(|| {
-        let because = format!(
+    let is_undamped = is_dual(v) && has_load_encoder(v) && !measured;
+    refused_if(is_undamped, FEEDBACK, || {
+        format!(
             "\"dual\" takes its damping from the motor, and {}; use derivative = \"measurement\" \
              (velocity_ff_s = kd_s then gives back the reference's part)",
             v.quote(key)
-        );
-        refused(FEEDBACK, because)
+        )
     })
 }
 
@@ -398,13 +387,12 @@ fn damping(v: &Values) -> Option<Refusal> {
 /// known.
 fn gap_before_the_chip(v: &Values) -> Option<Refusal> {
     let by_chip = v.get(DELAY) == Some(ComputationDelay::Measured);
-    (is_gap_measured(v) && by_chip).then(|| {
-        let because = format!(
+    refused_if(is_gap_measured(v) && by_chip, GAP, || {
+        format!(
             "the gap is measured before the chip's first step, where {} is not known yet; \
              use \"given\", or a delay in seconds",
             v.quote(DELAY)
-        );
-        refused(GAP, because)
+        )
     })
 }
 
@@ -427,10 +415,10 @@ fn travel(v: &Values, motion: &Motion) -> Option<Refusal> {
         .filter(|_| law(v) == Some(Law::Firmware))
         .map_or(0.0, |per_rad| (per_rad * screw_rad).abs());
     let counts = of_motor.max(of_load);
-    (law(v)? >= Law::Quantised && counts > MOST_COUNTS).then(|| {
+    let is_beyond = law(v)? >= Law::Quantised && counts > MOST_COUNTS;
+    refused_if(is_beyond, motion_key(motion), || {
         let (counts, most) = (show_number(counts), show_number(MOST_COUNTS));
-        let because = format!("it makes {counts} encoder counts; at most {most} are allowed");
-        refused(motion_key(motion), because)
+        format!("it makes {counts} encoder counts; at most {most} are allowed")
     })
 }
 
@@ -452,32 +440,24 @@ fn rows(v: &Values) -> Option<Refusal> {
     limit_count(v, key, 1, MOST_ROWS, "rows")
 }
 
-fn rk4_steps(v: &Values) -> Option<Refusal> {
-    let is_rk4 = v.get("run.solver") == Some(SolverChoice::Rk4);
-    limit_count(v, "run.rk4_step_s", 0, MOST_RK4_STEPS, "steps").filter(|_| is_rk4)
-}
-
 /// Refuses a duration that makes more than `most` rows or steps.
 fn limit_count(v: &Values, key: &str, extra: u64, most: u64, what: &str) -> Option<Refusal> {
     let duration = "run.duration_s";
     let count = v.get::<u64>(duration)?.checked_div(v.get(key)?)? + extra;
-    (count > most).then(|| {
+    refused_if(count > most, duration, || {
         let quoted = v.quote(key);
-        let because = format!("with {quoted} it makes {count} {what}; at most {most} are allowed");
-        refused(duration, because)
+        format!("with {quoted} it makes {count} {what}; at most {most} are allowed")
     })
 }
 
 /// Place and words for a value that is refused after its own check.
 pub(super) fn refusal(values: &Values, key: &str, because: String) -> (Place, Problem) {
     let entry = values.entry(key);
-    let place = entry.and_then(|entry| entry.place.clone());
-    let text = match entry {
-        Some(entry) if entry.place.is_none() => format!("{} (the default)", entry.text),
-        Some(entry) => entry.text.clone(),
-        None => "(not given)".to_owned(),
+    let (place, text) = match entry.map(|entry| (&entry.place, &entry.text)) {
+        Some((Some(place), text)) => (place.clone(), text.clone()),
+        Some((None, text)) => (Place::File, format!("{text} (the default)")),
+        None => (Place::File, "(not given)".to_owned()),
     };
     let key = key.to_owned();
-    let problem = Problem::NotAllowed { key, text, because };
-    (place.unwrap_or(Place::File), problem)
+    (place, Problem::NotAllowed { key, text, because })
 }

@@ -42,7 +42,9 @@ pub fn with_sets(source_name: &str, text: &str, sets: &[String]) -> Result<Strin
 fn put(document: &mut DocumentMut, set: &str) -> Option<()> {
     let (path, text) = set.split_once('=')?;
     let path: Vec<&str> = path.split('.').map(str::trim).collect();
-    let value = value_of(text.trim());
+    // A bare word is a string.
+    let value = text.trim().parse();
+    let value = value.unwrap_or_else(|_| Value::from(text.trim()));
     match *path.as_slice() {
         [key] => put_key(document.as_table_mut(), table::find("")?, key, value),
         [section, key] => {
@@ -63,11 +65,6 @@ fn put(document: &mut DocumentMut, set: &str) -> Option<()> {
         }
         _ => None,
     }
-}
-
-/// The value as TOML; a bare word is a string.
-fn value_of(text: &str) -> Value {
-    text.parse().unwrap_or_else(|_| Value::from(text))
 }
 
 /// A section, new if it is not there; an inline table becomes one.

@@ -21,6 +21,17 @@ pub enum Place {
     Set(String),
 }
 
+impl Place {
+    /// Number to sort findings by: lines in their order, the command line last.
+    pub(super) fn order(&self) -> usize {
+        match self {
+            Self::Line(line) => *line,
+            Self::File => usize::MAX - 1,
+            Self::Set(_) => usize::MAX,
+        }
+    }
+}
+
 /// A mistake. No run can be made from a file with any of these.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
@@ -177,12 +188,7 @@ impl Findings {
     }
 
     pub(super) fn push(&mut self, place: Place, problem: Problem) {
-        let line = match place {
-            Place::Line(line) => line,
-            Place::File => usize::MAX - 1,
-            Place::Set(_) => usize::MAX,
-        };
-        self.push_at(line, place, problem);
+        self.push_at(place.order(), place, problem);
     }
 
     /// Records something missing, to be listed with its section.

@@ -97,10 +97,9 @@ impl RunFile {
         let laws = Law::ALL.into_iter();
         let acting = laws.filter(|law| key.acts.on(*law, is_given));
         let (kind, range) = kind_and_range(key.kind);
-        let (word, choices) = match key.kind {
-            Kind::NumberOrWord(_, word) | Kind::TimeOrWord(_, word) => (Some(word), None),
-            Kind::Choice(choices) => (None, Some(choices)),
-            _ => (None, None),
+        let choices = match key.kind {
+            Kind::Choice(choices) => Some(choices),
+            _ => None,
         };
         let (low, high) = match range {
             None | Some(Range::Any) => (None, None),
@@ -112,7 +111,7 @@ impl RunFile {
             meaning: key.meaning.trim_end_matches(','),
             note: key.note.join(" "),
             kind,
-            word,
+            word: key.word,
             choices,
             low,
             high: high.or((kind == "time").then_some(LONGEST_TIME_S)),
@@ -134,9 +133,9 @@ fn kind_and_range(kind: Kind) -> (&'static str, Option<Range>) {
         Kind::Text => ("text", None),
         Kind::Flag => ("flag", None),
         Kind::Choice(_) => ("choice", None),
-        Kind::Number(range) | Kind::NumberOrWord(range, _) => ("number", Some(range)),
+        Kind::Number(range) => ("number", Some(range)),
         Kind::Whole(low, high) => ("whole", Some(Range::Between(low as f64, high as f64))),
-        Kind::Time(range) | Kind::TimeOrWord(range, _) => ("time", Some(range)),
+        Kind::Time(range) => ("time", Some(range)),
         Kind::Intervals => ("intervals", None),
         Kind::Strings => ("strings", None),
         Kind::Table => ("table", None),

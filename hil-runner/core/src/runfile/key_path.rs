@@ -42,11 +42,11 @@ impl KeyPath {
         }
         let Some(known) = table::find(section_name) else {
             let what = format!("section [{section_name}] in {path}");
-            return Err(section(section_name).problem(what).to_string());
+            return Err(section(what, section_name).0.to_string());
         };
         let Some(found) = known.key(key_name) else {
-            let hint = key(section_name, key_name);
-            return Err(hint.problem(format!("key {path}")).to_string());
+            let (problem, _) = key(format!("key {path}"), section_name, key_name);
+            return Err(problem.to_string());
         };
         Ok(Self {
             section: known.name,
@@ -86,7 +86,7 @@ impl KeyPath {
     /// numbers whole, the nearest each.
     pub fn value(&self, number: f64) -> KeyValue {
         let (whole, of): (_, fn(i64) -> KeyValue) = match self.key.kind {
-            Kind::Time(_) | Kind::TimeOrWord(..) => (1e9 * number, KeyValue::Nanoseconds),
+            Kind::Time(_) => (1e9 * number, KeyValue::Nanoseconds),
             Kind::Whole(..) => (number, KeyValue::Whole),
             _ => return KeyValue::Number(number),
         };
@@ -142,36 +142,8 @@ impl KeyValue {
     }
 }
 
-/// The hint for an unknown name, and the names it takes to be meant.
-#[derive(Default)]
-pub(super) struct Hint {
-    text: String,
-    pub(super) meant: Vec<&'static str>,
-    renamed: Option<&'static str>,
-}
-
-impl Hint {
-    fn of_text(text: String) -> Self {
-        Self {
-            text,
-            ..Self::default()
-        }
-    }
-
-    /// The problem with `key motor.inertia` or `section [moter]`.
-    pub(super) fn problem(&self, what: String) -> Problem {
-        match self.renamed {
-            Some(name) => Problem::Renamed {
-                key: what.trim_start_matches("key ").to_owned(),
-                name,
-            },
-            None => Problem::Unknown {
-                what,
-                hint: self.text.clone(),
-            },
-        }
-    }
-}
+/// The problem with an unknown name, and the names that were probably meant.
+pub(super) type Unknown = (Problem, Vec<&'static str>);
 
 /// Names that something had before, for sentences that tell the new one; no old
 /// name is taken in the place of the new one. Keys of the run file within their
@@ -204,23 +176,19 @@ pub fn renamed(name: &str) -> Option<&'static str> {
     Some(now)
 }
 
-/// The hint with the names that are near, or else with these words.
+/// The problem with the names that are near, or else with these words.
 fn near(
-    unknown: &str,
+    (what, unknown): (String, &str),
     names: &[&'static str],
     show: fn(&&str) -> String,
     otherwise: String,
-) -> Hint {
+) -> Unknown {
     let meant = nearest(unknown, names);
-    let shown: Vec<String> = meant.iter().map(show).collect();
-    let text = match either(&shown) {
+    let hint = match either(meant.iter().map(show)) {
         none if none.is_empty() => otherwise,
         names => format!("did you mean {names}?"),
     };
-    Hint {
-        meant,
-        ..Hint::of_text(text)
-    }
+    (Problem::Unknown { what, hint }, meant)
 }
 
 /// The header that a section or a row of a list has in a file.
@@ -231,36 +199,35 @@ pub(super) fn header(name: &str) -> String {
     }
 }
 
-/// Hint for a section that does not exist.
-pub(super) fn section(unknown: &str) -> Hint {
+/// The problem with `what`, such as `section [moter]`: a section that does not exist.
+pub(super) fn section(what: String, unknown: &str) -> Unknown {
     let names = table::all().skip(1).map(|section| section.name);
     let names: Vec<&str> = names.collect();
     let otherwise = format!("the sections are {}", names.join(", "));
-    near(unknown, &names, |name| header(name), otherwise)
+    near((what, unknown), &names, |name| header(name), otherwise)
 }
 
-/// Hint for a key that its section does not have; `section` is empty at the
-/// top of the file.
-pub(super) fn key(section: &str, unknown: &str) -> Hint {
+/// The problem with `what`, such as `key motor.inertia`: a key that its section does not
+/// have; `section` is empty at the top of the file.
+pub(super) fn key(what: String, section: &str, unknown: &str) -> Unknown {
     // A name that is right, but in the wrong place: TOML puts every key into
     // the section whose header stands above it.
-    if let Some(home) = table::all().find(|s| s.key(unknown).is_some()) {
-        return Hint::of_text(if home.name.is_empty() {
-            format!("{unknown} stands at the top of the file, before the first section")
-        } else {
-            format!("{unknown} belongs to {}", header(home.name))
-        });
-    }
-    if table::find(unknown).is_some() {
-        return Hint::of_text(format!("{unknown} is a section; write [{unknown}]"));
+    let elsewhere = match table::all().find(|s| s.key(unknown).is_some()) {
+        Some(home) if home.name.is_empty() => Some(format!(
+            "{unknown} stands at the top of the file, before the first section"
+        )),
+        Some(home) => Some(format!("{unknown} belongs to {}", header(home.name))),
+        None => table::find(unknown).map(|_| format!("{unknown} is a section; write [{unknown}]")),
+    };
+    if let Some(hint) = elsewhere {
+        return (Problem::Unknown { what, hint }, Vec::new());
     }
     let known = table::all().find(|known| known.name == section);
-    let renamed = renamed(unknown).filter(|name| known.is_some_and(|s| s.key(name).is_some()));
-    if renamed.is_some() {
-        return Hint {
-            renamed,
-            ..Hint::default()
-        };
+    if let Some(name) = renamed(unknown)
+        && known.is_some_and(|known| known.key(name).is_some())
+    {
+        let key = what.trim_start_matches("key ").to_owned();
+        return (Problem::Renamed { key, name }, Vec::new());
     }
     let keys = known.iter().flat_map(|section| section.keys);
     let names: Vec<&str> = keys.map(|key| key.name).collect();
@@ -269,7 +236,8 @@ pub(super) fn key(section: &str, unknown: &str) -> Hint {
     } else {
         format!("the keys of {} are {}", header(section), names.join(", "))
     };
-    near(unknown, &names, |name| (*name).to_owned(), otherwise)
+    let show = |name: &&str| (*name).to_owned();
+    near((what, unknown), &names, show, otherwise)
 }
 
 /// Up to three names near `unknown`, the nearest first.
@@ -305,19 +273,34 @@ fn distance(unknown: &str, name: &str) -> Option<usize> {
 mod tests {
     use super::{KeyPath, key, nearest, section};
 
+    fn section_meant(unknown: &str) -> Vec<&'static str> {
+        section(String::new(), unknown).1
+    }
+
+    fn told(section: &str, name: &str) -> (String, Vec<&'static str>) {
+        let (problem, meant) = key(format!("key {section}.{name}"), section, name);
+        (problem.to_string(), meant)
+    }
+
     #[test]
     fn slips_are_recognised_and_strangers_are_not() {
-        assert_eq!(section("moter").meant, ["motor"]);
-        assert_eq!(section("quaternion").meant, [""; 0]);
+        assert_eq!(section_meant("moter"), ["motor"]);
+        assert_eq!(section_meant("quaternion"), [""; 0]);
+        let meant = |section, name| told(section, name).1;
         assert_eq!(
-            key("motor", "inertia").meant,
+            meant("motor", "inertia"),
             ["inertia_kg_m2", "inertia_kg_cm2"]
         );
-        assert_eq!(key("budget", "final_eror_um").meant, ["final_error_um"]);
-        assert_eq!(key("motor", "Resistance-Ohm").meant, ["resistance_ohm"]);
-        assert!(key("motor", "kp").text.contains("belongs to [controller]"));
-        assert!(key("motor", "force_n").text.contains("belongs to [[load]]"));
-        assert_eq!(section("loads").text, "did you mean [[load]]?");
+        assert_eq!(meant("budget", "final_eror_um"), ["final_error_um"]);
+        assert_eq!(meant("motor", "Resistance-Ohm"), ["resistance_ohm"]);
+        let words = |section, name| told(section, name).0;
+        assert!(words("motor", "kp").contains("belongs to [controller]"));
+        assert!(words("motor", "force_n").contains("belongs to [[load]]"));
+        let (loads, _) = section("section [loads]".to_owned(), "loads");
+        assert_eq!(
+            loads.to_string(),
+            "unknown section [loads]; did you mean [[load]]?"
+        );
         let row = KeyPath::find("load.force_n").unwrap_err();
         assert!(row.contains("each [[load]] has its own"), "{row}");
         assert_eq!(nearest("zz", &["kp", "kd_s"]), [""; 0]);
@@ -325,14 +308,8 @@ mod tests {
 
     #[test]
     fn an_old_name_is_told_in_the_section_of_the_new_one() {
-        let told =
-            |section, name: &str| key(section, name).problem(format!("key {section}.{name}"));
-        let found = told("budget", "late_steps").to_string();
+        let (found, _) = told("budget", "late_steps");
         assert_eq!(found, "budget.late_steps is now deadline_misses");
-        assert!(
-            told("motor", "late_steps")
-                .to_string()
-                .starts_with("unknown key")
-        );
+        assert!(told("motor", "late_steps").0.starts_with("unknown key"));
     }
 }

@@ -89,7 +89,7 @@ impl Section {
                 format!("{} (+ {})", names(&required, " + "), names(&optional, ", "))
             }
         };
-        either(&ways.iter().map(words).collect::<Vec<_>>())
+        either(ways.iter().map(words))
     }
 
     /// True if the section must be there for every run.
@@ -108,6 +108,8 @@ pub struct Key {
     pub name: &'static str,
     /// Type and range of the value.
     pub kind: Kind,
+    /// The string that serves in the place of a number or a time, if one does.
+    pub word: Option<&'static str>,
     /// Unit as it is printed; empty where there is none.
     pub unit: &'static str,
     /// When it must be given, and what holds if it is not.
@@ -219,15 +221,11 @@ pub enum Kind {
     Choice(&'static [&'static str]),
     /// A finite number; integers serve.
     Number(Range),
-    /// The same, or this string.
-    NumberOrWord(Range, &'static str),
     /// A whole number within these limits, both included.
     Whole(i64, i64),
     /// A time of the run: a number of seconds that is a whole number of
     /// nanoseconds.
     Time(Range),
-    /// The same, or this string.
-    TimeOrWord(Range, &'static str),
     /// The seven durations of the motion, each a finite number of at least 0.
     Intervals,
     /// A list of strings, with a reader of its own.
@@ -312,19 +310,40 @@ pub const LARGEST_MAGNITUDE: f64 = 1e50;
 /// See [`LARGEST_MAGNITUDE`].
 pub const SMALLEST_MAGNITUDE: f64 = 1e-50;
 
+/// Builders of a key, each of which sets one field.
+macro_rules! setters {
+    ($($(#[$doc:meta])* $name:ident($value:ident: $type:ty): $($field:ident).+ = $set:expr;)+) => {
+        impl Key {$(
+            $(#[$doc])*
+            pub(super) const fn $name(mut self, $value: $type) -> Self {
+                self.$($field).+ = $set;
+                self
+            }
+        )+}
+    };
+}
+
+setters! {
+    meaning(words: &'static str): meaning = words;
+    word(word: &'static str): word = Some(word);
+    or(default: Value): need = Need::Default(default);
+    needed(need: Need): need = need;
+    acting(acts: Acts): acts = acts;
+    access(access: Access): access = access;
+    field(path: &'static str): field = Some(path);
+    shown(label: &'static str): shown.label = label;
+    /// Words of choices; `true` is that of a switch.
+    words(words: &'static [(&'static str, &'static str)]): shown.words = words;
+    text(text: fn(&Case) -> Option<String>): shown.text = Some(text);
+    when(when: fn(&Case) -> bool): shown.when = Some(when);
+    /// A remark for the commented file, a line each.
+    note(lines: &'static [&'static str]): note = lines;
+}
+
 impl Key {
     /// Condition on the value, unit included: `greater than 0 kg m²`.
     pub fn allowed(&self) -> String {
-        let (words, unit) = (self.range_words(), self.unit);
-        match self.kind {
-            Kind::NumberOrWord(range, word) | Kind::TimeOrWord(range, word) => {
-                format!("{} {unit} or \"{word}\"", range.words())
-            }
-            Kind::Number(_) | Kind::Time(_) if unit.is_empty() => words,
-            Kind::Number(Range::Any) => format!("{words} of {unit}"),
-            Kind::Number(_) | Kind::Time(_) => format!("{words} {unit}"),
-            _ => words,
-        }
+        self.condition(self.unit)
     }
 
     /// Subject of a sentence: `rotor inertia J_m`.
@@ -349,16 +368,23 @@ impl Key {
 
     /// Condition on the value, without its unit.
     pub fn range_words(&self) -> String {
+        self.condition("")
+    }
+
+    /// Condition on the value, with a unit or none.
+    fn condition(&self, unit: &str) -> String {
         match self.kind {
             Kind::Text => "a string that is not empty".to_owned(),
             Kind::Flag => "true or false".to_owned(),
-            Kind::Choice(choices) => {
-                let quoted: Vec<String> = choices.iter().map(|c| format!("\"{c}\"")).collect();
-                either(&quoted)
-            }
-            Kind::Number(range) | Kind::Time(range) => range.words(),
-            Kind::NumberOrWord(range, word) | Kind::TimeOrWord(range, word) => {
-                format!("{} or \"{word}\"", range.words())
+            Kind::Choice(choices) => either(choices.iter().map(|c| format!("\"{c}\""))),
+            Kind::Number(range) | Kind::Time(range) => {
+                let between = match range {
+                    _ if unit.is_empty() => "",
+                    Range::Any => " of ",
+                    _ => " ",
+                };
+                let word = self.word.map(|word| format!(" or \"{word}\""));
+                range.words() + between + unit + &word.unwrap_or_default()
             }
             Kind::Whole(low, high) => format!("a whole number from {low} to {high}"),
             Kind::Intervals => "seven numbers of seconds t1 to t7, each at least 0".to_owned(),
@@ -419,26 +445,6 @@ impl Key {
         }
     }
 
-    pub(super) const fn meaning(mut self, meaning: &'static str) -> Self {
-        self.meaning = meaning;
-        self
-    }
-
-    pub(super) const fn or(mut self, default: Value) -> Self {
-        self.need = Need::Default(default);
-        self
-    }
-
-    pub(super) const fn needed(mut self, need: Need) -> Self {
-        self.need = need;
-        self
-    }
-
-    pub(super) const fn acting(mut self, acts: Acts) -> Self {
-        self.acts = acts;
-        self
-    }
-
     pub(super) const fn at(self, place: Place) -> Self {
         self.access(Access::Place(place))
     }
@@ -453,16 +459,6 @@ impl Key {
         self.at(place).alone()
     }
 
-    pub(super) const fn access(mut self, access: Access) -> Self {
-        self.access = access;
-        self
-    }
-
-    pub(super) const fn field(mut self, field: &'static str) -> Self {
-        self.field = Some(field);
-        self
-    }
-
     /// Its meaning, and its name in reports.
     pub(super) const fn named(self, meaning: &'static str, shown: &'static str) -> Self {
         self.meaning(meaning).shown(shown)
@@ -471,11 +467,6 @@ impl Key {
     /// The place of a key that acts on rung `firmware` alone.
     pub(super) const fn firmware_at(self, place: Place) -> Self {
         self.acting(Acts::From(Law::Firmware)).at(place)
-    }
-
-    pub(super) const fn shown(mut self, label: &'static str) -> Self {
-        self.shown.label = label;
-        self
     }
 
     /// Shown in another unit.
@@ -490,31 +481,17 @@ impl Key {
         self.shown(label)
     }
 
-    /// Words of choices; `true` is that of a switch.
-    pub(super) const fn words(mut self, words: &'static [(&'static str, &'static str)]) -> Self {
-        self.shown.words = words;
-        self
-    }
-
-    pub(super) const fn text(mut self, text: fn(&Case) -> Option<String>) -> Self {
-        self.shown.text = Some(text);
-        self
-    }
-
-    pub(super) const fn when(mut self, when: fn(&Case) -> bool) -> Self {
-        self.shown.when = Some(when);
-        self
-    }
-
-    /// A remark for the commented file, a line each.
-    pub(super) const fn note(mut self, note: &'static [&'static str]) -> Self {
-        self.note = note;
-        self
-    }
-
     /// May be left out; the commented file shows an example then.
     pub(super) const fn optional(self, example: &'static str) -> Self {
         self.needing(Need::Optional, example)
+    }
+
+    pub(super) const fn optional_at(self, example: &'static str, place: Place) -> Self {
+        self.optional(example).at(place)
+    }
+
+    pub(super) const fn or_at(self, default: Value, place: Place) -> Self {
+        self.or(default).at(place)
     }
 
     pub(super) const fn needing(mut self, need: Need, example: &'static str) -> Self {
@@ -584,6 +561,7 @@ pub(super) const fn value(name: &'static str, kind: Kind, unit: &'static str) ->
     Key {
         name,
         kind,
+        word: None,
         unit,
         need: Need::Always,
         meaning: "",
@@ -605,8 +583,8 @@ pub(super) const fn value(name: &'static str, kind: Kind, unit: &'static str) ->
 }
 
 /// `a`, `a or b`, `a, b or c`.
-pub(super) fn either(words: &[String]) -> String {
-    match words {
+pub(super) fn either(words: impl IntoIterator<Item = String>) -> String {
+    match words.into_iter().collect::<Vec<_>>().as_slice() {
         [] => String::new(),
         [one] => one.clone(),
         [most @ .., last] => format!("{} or {last}", most.join(", ")),

@@ -108,10 +108,9 @@ impl RunFile {
                     tune,
                     values,
                 };
-                if let Some(because) = unfit_window(&file.case) {
-                    return Err(file.refuse("run.rest_window_s", &because));
-                }
-                match file.unfit_conversion() {
+                let of_window = unfit_window(&file.case);
+                let of_window = of_window.map(|because| ("run.rest_window_s".to_owned(), because));
+                match of_window.or_else(|| file.unfit_conversion()) {
                     Some((key, because)) => Err(file.refuse(&key, &because)),
                     None => Ok(file),
                 }
@@ -169,10 +168,7 @@ impl RunFile {
     /// of that.
     fn given_instead(&self, key: &str) -> Option<(String, String)> {
         let known = KeyPath::find(key).ok()?;
-        let section = table::find(known.section)?;
-        let others = section.others(known.key.name);
-        let mut paths = others.map(|other| keys::path(section.name, other));
-        let given = paths.find(|path| self.values.is_given(path))?;
+        let given = self.values.given_instead(&known)?;
         Some((given, known.key.get(&self.case)?.to_toml()))
     }
 
@@ -187,17 +183,19 @@ impl RunFile {
             }
             _ => None,
         };
-        let of_ways = |section: &Section, ways: &[Way]| {
-            let (first, others) = ways.split_first()?;
-            let others = others.iter().copied().flatten();
-            let mut paths = others.map(|name| keys::path(section.name, name));
-            let given = paths.find(|path| self.values.is_given(path))?;
-            let mut held = first.iter().filter_map(|name| section.key(name));
-            Some((given, held.find_map(unfit)?))
-        };
         let of_section =
-            |section: &Section| section.ways.iter().find_map(|ways| of_ways(section, ways));
-        SECTIONS.iter().find_map(of_section)
+            |section: &'static Section| section.ways.iter().map(move |ways| (section, ways));
+        SECTIONS
+            .iter()
+            .flat_map(of_section)
+            .find_map(|(section, ways)| {
+                let (first, others) = ways.split_first()?;
+                let others = others.iter().copied().flatten();
+                let mut paths = others.map(|name| keys::path(section.name, name));
+                let given = paths.find(|path| self.values.is_given(path))?;
+                let mut held = first.iter().filter_map(|name| section.key(name));
+                Some((given, held.find_map(unfit)?))
+            })
     }
 }
 

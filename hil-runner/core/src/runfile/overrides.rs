@@ -38,9 +38,8 @@ pub(super) fn document(
 }
 
 fn apply_one(tree: &mut Table, set: &str, place: &Place) -> Result<(), String> {
-    let Some((path, text)) = set.split_once('=') else {
-        return Err("there is no =; write --set section.key=value".to_owned());
-    };
+    let parts = set.split_once('=');
+    let (path, text) = parts.ok_or("there is no =; write --set section.key=value")?;
     let path: Vec<&str> = path.split('.').map(str::trim).collect();
     if path.iter().any(|part| part.is_empty()) {
         return Err("the key is incomplete; write --set section.key=value".to_owned());
@@ -50,19 +49,20 @@ fn apply_one(tree: &mut Table, set: &str, place: &Place) -> Result<(), String> {
         return Err("there is no value after the =".to_owned());
     }
     let node = read_value(text, place)?;
-    match path.as_slice() {
-        [name] => set_top(tree, name, node),
-        [list, row] if table::find_list(list).is_some() && row.parse::<usize>().is_ok() => Err(
-            format!("{list}.{row} is a row; write {list}.{row}.key=value for a key of it"),
-        ),
-        [list, key] if table::find_list(list).is_some() => Err(format!(
+    let list = path.first().and_then(|name| table::find_list(name));
+    match (path.as_slice(), list) {
+        ([name], _) => set_top(tree, name, node),
+        ([list, row], Some(_)) if row.parse::<usize>().is_ok() => Err(format!(
+            "{list}.{row} is a row; write {list}.{row}.key=value for a key of it"
+        )),
+        ([list, key], Some(_)) => Err(format!(
             "{list} has rows; write {list}.1.{key} for that of the first"
         )),
-        [section, key] => {
+        ([section, key], None) => {
             set_in_section(tree, section, key, node);
             Ok(())
         }
-        [list, row, key] => set_in_row(tree, list, row, (key, node)),
+        ([_, row, key], Some(list)) => set_in_row(tree, &list.row, row, (key, node)),
         _ => Err("the key is too deep; write --set section.key=value".to_owned()),
     }
 }
@@ -118,13 +118,11 @@ fn set_in_section(tree: &mut Table, section: &str, key: &str, node: Node) {
 /// Sets a key of a row that the file has; rows are counted from 1.
 fn set_in_row(
     tree: &mut Table,
-    list: &str,
+    known: &Section,
     row: &str,
     (key, node): (&str, Node),
 ) -> Result<(), String> {
-    let Some(known) = table::find_list(list) else {
-        return Err("the key is too deep; write --set section.key=value".to_owned());
-    };
+    let list = known.name;
     let rows = match tree.get_mut(list).map(|node| &mut node.value) {
         Some(Toml::Array(rows)) => rows.as_mut_slice(),
         _ => &mut [],
@@ -134,7 +132,7 @@ fn set_in_row(
     let found = number.and_then(|number| rows.get_mut(number.checked_sub(1)?));
     match found.map(|node| &mut node.value) {
         Some(Toml::Table(table)) => {
-            set_key(table, Some(&known.row), key, node);
+            set_key(table, Some(known), key, node);
             Ok(())
         }
         _ => Err(format!(

@@ -1,6 +1,8 @@
 //! Pages that are made from the table of keys: the JSON schema of the run file,
 //! the key reference in Markdown, and the lines of a commented run file.
 
+use std::collections::BTreeSet;
+
 use serde_json::{Map, Value, json};
 
 use super::key_path::header;
@@ -134,13 +136,8 @@ fn key_schema(key: &Key) -> Value {
         Kind::Text => json!({"type": "string", "minLength": 1}),
         Kind::Flag => json!({"type": "boolean"}),
         Kind::Choice(choices) => json!({"enum": choices}),
-        Kind::Number(range) => number_schema(range),
+        Kind::Number(range) | Kind::Time(range) => number_schema(range),
         Kind::Whole(low, high) => json!({"type": "integer", "minimum": low, "maximum": high}),
-        Kind::Time(range) => time_schema(range),
-        Kind::NumberOrWord(range, word) => {
-            json!({"anyOf": [number_schema(range), {"const": word}]})
-        }
-        Kind::TimeOrWord(range, word) => json!({"anyOf": [time_schema(range), {"const": word}]}),
         Kind::Strings => json!({"type": "array", "items": {"type": "string"}}),
         Kind::Table => json!({"type": "object"}),
         Kind::Intervals => json!({
@@ -150,6 +147,12 @@ fn key_schema(key: &Key) -> Value {
             "maxItems": 7,
         }),
     };
+    if matches!(key.kind, Kind::Time(_)) {
+        schema["maximum"] = json!(LONGEST_TIME_S);
+    }
+    if let Some(word) = key.word {
+        schema = json!({"anyOf": [schema, {"const": word}]});
+    }
     let acts = match key.acts {
         Acts::Everywhere => String::new(),
         acts => format!("; acts on {}", acts.words()),
@@ -163,12 +166,6 @@ fn key_schema(key: &Key) -> Value {
             other => json!(other.number()),
         };
     }
-    schema
-}
-
-fn time_schema(range: Range) -> Value {
-    let mut schema = number_schema(range);
-    schema["maximum"] = json!(LONGEST_TIME_S);
     schema
 }
 
@@ -215,7 +212,7 @@ pub fn key_reference() -> String {
 
 fn row(section: &Section, key: &Key) -> String {
     let unit = match key.kind {
-        Kind::Time(_) | Kind::TimeOrWord(..) => "s (ns)",
+        Kind::Time(_) => "s (ns)",
         _ => key.unit,
     };
     // Of each other way the first key that does not stand in one with this key.
@@ -224,10 +221,7 @@ fn row(section: &Section, key: &Key) -> String {
         names.next().map(|name| format!("`{name}`"))
     };
     let others = section.ways_with(key.name).iter().filter_map(other_of);
-    let mut others: Vec<String> = others.collect();
-    others.sort();
-    others.dedup();
-    let others = either(&others);
+    let others = either(others.collect::<BTreeSet<_>>());
     let excuse = match key.need {
         Need::ElasticJoint => Some("the joint is rigid".to_owned()),
         Need::SampledLaw => Some("the law is \"continuous\"".to_owned()),
@@ -235,13 +229,11 @@ fn row(section: &Section, key: &Key) -> String {
         _ => None,
     };
     let given = (!others.is_empty()).then(|| format!("{others} is given"));
-    let excuses: Vec<String> = excuse.into_iter().chain(given).collect();
+    let excuses = either(excuse.into_iter().chain(given));
     let mut absent = match key.need {
+        need if need.is_required() && excuses.is_empty() => "required".to_owned(),
         Need::Always | Need::ElasticJoint | Need::SampledLaw | Need::VoltageAtLimit => {
-            match either(&excuses) {
-                none if none.is_empty() => "required".to_owned(),
-                excuses => format!("required unless {excuses}"),
-            }
+            format!("required unless {excuses}")
         }
         Need::CurrentDrive => "required of a current drive".to_owned(),
         Need::Optional => "–".to_owned(),

@@ -74,10 +74,7 @@ fn own(template: AxisTemplate) -> &'static [(String, String)] {
 
 /// Paths of the values that a file still has from its template.
 pub(super) fn unchanged(template: Option<AxisTemplate>, values: &Values) -> Vec<String> {
-    let Some(template) = template else {
-        return Vec::new();
-    };
-    let own = own(template);
+    let own = template.map_or(&[][..], own);
     let unchanged = written(values).filter(|value| own.contains(value));
     unchanged.map(|(path, _)| path).collect()
 }
@@ -103,12 +100,8 @@ pub fn values_of_template(case: &Case) -> Option<String> {
             false => format!("[{section}] {}", names.join(", ")),
         }
     });
-    let words: Vec<String> = words.collect();
+    let words = words.collect::<Vec<String>>().join("; ");
     let name = AxisTemplate::NAMES.get(template as usize)?;
-    (!words.is_empty()).then(|| {
-        format!(
-            "values of template {name}, not of an axis of your own: {}",
-            words.join("; ")
-        )
-    })
+    let sentence = format!("values of template {name}, not of an axis of your own: {words}");
+    (!values.is_empty()).then_some(sentence)
 }

@@ -22,7 +22,8 @@ use super::keys::{
     Acts, Key, Kind, List, Need, Section, Way, choice, flag, number, of_firmware, section, time,
     value, whole,
 };
-use super::values::{Stored, Value};
+use super::values::Stored;
+use super::values::Value::{self, Flag, Nanoseconds, Number, Whole};
 use crate::case::{AxisTemplate, Case, SolverChoice};
 use crate::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99, SUMMARY_FIGURES};
 
@@ -117,8 +118,7 @@ const NAME: &[Key] = &[
         .note(&["default: the file's name without .toml"]),
     choice::<AxisTemplate>("template")
         .meaning("template that the file was made from (`init --template`)")
-        .optional("\"ballscrew\"")
-        .at(|c| Some(&mut c.template))
+        .optional_at("\"ballscrew\"", |c| Some(&mut c.template))
         .note(&["of init --template: its values are named after a run"]),
 ];
 
@@ -270,12 +270,12 @@ const CARRIAGE: &[Key] = &[
         .alone_at(|c| Some(&mut c.axis.carriage.mass_kg)),
     number("resistance_constant_n", Any, "N")
         .named("constant resistance a0", "Resistance a0")
-        .or(Value::Number(0.0))
+        .or(Number(0.0))
         .at(|c| Some(&mut c.axis.carriage.resistance.constant_n))
         .note(&["a0"]),
     number("resistance_linear_ns_per_rad", Any, "N s/rad")
         .named("linear resistance a1, per screw speed,", "Resistance a1")
-        .or(Value::Number(0.0))
+        .or(Number(0.0))
         .at(|c| Some(&mut c.axis.carriage.resistance.linear_ns_per_rad))
         .note(&["a1"]),
     number("resistance_linear_ns_per_m", Any, "N s/m")
@@ -288,7 +288,7 @@ const CARRIAGE: &[Key] = &[
         .note(&["instead of resistance_linear_ns_per_rad"]),
     number("resistance_quadratic_ns2_per_rad2", Any, "N s²/rad²")
         .meaning("quadratic resistance a2, per screw speed squared,")
-        .or(Value::Number(0.0))
+        .or(Number(0.0))
         .at(|c| Some(&mut c.axis.carriage.resistance.quadratic_ns2_per_rad2))
         .shown("Resistance a2")
         .note(&["a2"]),
@@ -301,8 +301,7 @@ const CARRIAGE: &[Key] = &[
     number("load_force_n", Any, "N")
         .meaning("force of a load at all times, positive against positive x,")
         .shown("Load")
-        .or(Value::Number(0.0))
-        .at(|c| Some(&mut c.load_force_n))
+        .or_at(Number(0.0), |c| Some(&mut c.load_force_n))
         .note(&["weight of a hanging axis; no part of the friction"]),
 ];
 
@@ -320,12 +319,10 @@ fn last_load(case: &mut Case) -> Option<&mut Load> {
 const LOAD: &[Key] = &[
     time("from_s", NotNegative)
         .meaning("first instant of the load")
-        .or(Value::Nanoseconds(0))
-        .at(|c| Some(&mut last_load(c)?.from_ns)),
+        .or_at(Nanoseconds(0), |c| Some(&mut last_load(c)?.from_ns)),
     time("to_s", Positive)
         .meaning("instant from which on it acts no more")
-        .optional("0.5")
-        .at(|c| Some(&mut last_load(c)?.to_ns))
+        .optional_at("0.5", |c| Some(&mut last_load(c)?.to_ns))
         .note(&["default: for ever"]),
     number("force_n", Any, "N")
         .meaning("force, positive against positive x,")
@@ -336,17 +333,15 @@ const LOAD: &[Key] = &[
 const DRIVE: &[Key] = &[
     value("kind", Kind::Choice(&["voltage", "current"]), "")
         .named("quantity that the amplifier's input commands", "Drive")
-        .or(Value::Choice("voltage"))
-        .at(|c| Some(&mut c.amplifier.control))
+        .or_at(Value::Choice("voltage"), |c| Some(&mut c.amplifier.control))
         .words(&[("current", "current-controlled")])
         .note(&[
             "or \"current\": a servo amplifier with a current loop; then amplifier_gain_a_per_v",
         ]),
     whole("dac_bits", 2, 24, "bits")
         .meaning("width n of the D/A converter")
-        .or(Value::Whole(16))
         .acting(Acts::FromQuantisedOrWith("dac_range_v"))
-        .at(|c| Some(&mut c.dac.bits))
+        .or_at(Whole(16), |c| Some(&mut c.dac.bits))
         .shown_in("DAC bits n", 1.0, "")
         .note(&["n"]),
     number("dac_lsb_v", Positive, "V")
@@ -423,43 +418,45 @@ fn motion_limit(case: &Case, of: fn(&MotionLimits) -> f64) -> Option<f64> {
     }
 }
 
-const TRAVEL: Key = number("travel_mm", Any, "mm")
-    .named("travel h of the carriage", "Travel h")
-    .access(Part(|c| Some(1e3 * c.motion.travel_m())));
-const INTERVALS: Key = value("intervals_s", Kind::Intervals, "s")
-    .named("list of the motion's intervals", "Intervals t1 … t7")
-    .text(|c| Some(c.motion.intervals_s()?.map(crate::number::table).join(", ")));
-const TOTAL_TIME: Key = number("total_time_s", Positive, "s")
-    .meaning("total time T_0 to which the intervals are stretched")
-    .optional("1.0")
-    .access(Part(|c| Some(c.motion.end_s())))
-    .shown("Motion time")
-    .note(&["stretches all seven to this sum; default: as they are"]);
-const MAX_ACCELERATION: Key = number("max_acceleration_mps2", Positive, "m/s²")
-    .meaning("largest acceleration of the command")
-    .shown("Motion's acceleration limit")
-    .needing(Need::Always, "4.0")
-    .access(Part(|c| motion_limit(c, |of| of.acceleration_mps2)))
-    .note(&["instead of intervals_s: the fastest move within the limits"]);
-const MAX_VELOCITY: Key = number("max_velocity_mps", Positive, "m/s")
-    .named("largest speed of the command", "Motion's velocity limit")
-    .optional("0.6")
-    .access(Part(|c| motion_limit(c, |of| of.velocity_mps)))
-    .note(&["makes the command; [limits] velocity_mps is the axis's own"]);
-const MAX_JERK: Key = number("max_jerk_mps3", Positive, "m/s³")
-    .named("largest jerk of the command", "Motion's jerk limit")
-    .optional("80.0")
-    .access(Part(|c| motion_limit(c, |of| of.jerk_mps3)))
-    .note(&["default: no limit, the acceleration jumps"]);
+/// Keys of a move: they make one command, which goes into a case as a whole.
+const COMMAND: [Key; 6] = [
+    number("travel_mm", Any, "mm")
+        .named("travel h of the carriage", "Travel h")
+        .access(Part(|c| Some(1e3 * c.motion.travel_m()))),
+    value("intervals_s", Kind::Intervals, "s")
+        .named("list of the motion's intervals", "Intervals t1 … t7")
+        .text(|c| Some(c.motion.intervals_s()?.map(crate::number::table).join(", "))),
+    number("total_time_s", Positive, "s")
+        .meaning("total time T_0 to which the intervals are stretched")
+        .optional("1.0")
+        .access(Part(|c| Some(c.motion.end_s())))
+        .shown("Motion time")
+        .note(&["stretches all seven to this sum; default: as they are"]),
+    number("max_acceleration_mps2", Positive, "m/s²")
+        .meaning("largest acceleration of the command")
+        .shown("Motion's acceleration limit")
+        .needing(Need::Always, "4.0")
+        .access(Part(|c| motion_limit(c, |of| of.acceleration_mps2)))
+        .note(&["instead of intervals_s: the fastest move within the limits"]),
+    number("max_velocity_mps", Positive, "m/s")
+        .named("largest speed of the command", "Motion's velocity limit")
+        .optional("0.6")
+        .access(Part(|c| motion_limit(c, |of| of.velocity_mps)))
+        .note(&["makes the command; [limits] velocity_mps is the axis's own"]),
+    number("max_jerk_mps3", Positive, "m/s³")
+        .named("largest jerk of the command", "Motion's jerk limit")
+        .optional("80.0")
+        .access(Part(|c| motion_limit(c, |of| of.jerk_mps3)))
+        .note(&["default: no limit, the acceleration jumps"]),
+];
 
-/// They make one command, which goes into a case as a whole.
-const MOTION: &[Key] = &[
-    TRAVEL,
-    INTERVALS,
-    TOTAL_TIME,
-    MAX_ACCELERATION,
-    MAX_VELOCITY,
-    MAX_JERK,
+/// A move's keys and one more.
+const fn command_and(last: Key) -> [Key; 7] {
+    let [a, b, c, d, e, f] = COMMAND;
+    [a, b, c, d, e, f, last]
+}
+
+const MOTION: &[Key] = &command_and(
     value("profile", Kind::Text, "")
         .meaning("CSV file with the points of the command, relative to the run file,")
         .shown("Profile")
@@ -469,19 +466,13 @@ const MOTION: &[Key] = &[
             _ => None,
         })
         .note(&["instead of all these: columns t_s,x_mm, a cubic spline between"]),
-];
+);
 
-const MOVE: &[Key] = &[
-    TRAVEL,
-    INTERVALS,
-    TOTAL_TIME,
-    MAX_ACCELERATION,
-    MAX_VELOCITY,
-    MAX_JERK,
+const MOVE: &[Key] = &command_and(
     number("dwell_s", NotNegative, "s")
         .meaning("rest after the move")
-        .or(Value::Number(0.0)),
-];
+        .or(Number(0.0)),
+);
 
 const TARGET: &[Key] = &of_firmware([
     // Far above any microcontroller.
@@ -497,8 +488,7 @@ const TARGET: &[Key] = &of_firmware([
     // code that runs from a serial flash.
     number("cycles_per_instruction", Between(0.01, 1_000.0), "")
         .meaning("number of cycles that an instruction is allowed")
-        .or(Value::Number(4.0))
-        .at(|c| Some(&mut c.target.cycles_per_instruction))
+        .or_at(Number(4.0), |c| Some(&mut c.target.cycles_per_instruction))
         .note(&["QEMU counts instructions only"]),
 ]);
 
@@ -511,14 +501,12 @@ const RUN: &[Key] = &[
         .at(|c| Some(&mut c.run.solver)),
     time("row_interval_s", Positive)
         .meaning("interval between rows where the law is \"continuous\"")
-        .or(Value::Nanoseconds(1_000_000))
         .acting(Acts::OnContinuous)
-        .at(|c| Some(&mut c.run.row_interval_ns))
+        .or_at(Nanoseconds(1_000_000), |c| Some(&mut c.run.row_interval_ns))
         .note(&["rows of law \"continuous\"; the others: one a sample"]),
     time("rk4_step_s", Positive)
         .meaning("step of solver \"rk4\"")
-        .or(Value::Nanoseconds(10_000))
-        .at(|c| Some(&mut c.run.rk4_step_ns))
+        .or_at(Nanoseconds(10_000), |c| Some(&mut c.run.rk4_step_ns))
         .shown_in("Solver step", 1e6, "µs")
         .when(|c| matches!(c.solver(), Solver::Rk4 { .. }))
         .note(&["solver \"rk4\""]),
@@ -526,30 +514,26 @@ const RUN: &[Key] = &[
     // and need steps without end; above 0.1 a "tolerance" tolerates anything.
     number("tolerance", Between(1e-14, 0.1), "")
         .named("error tolerance of solver \"dopri5\"", "Solver tolerance")
-        .or(Value::Number(1e-11))
-        .at(|c| Some(&mut c.run.tolerance))
+        .or_at(Number(1e-11), |c| Some(&mut c.run.tolerance))
         .when(|c| matches!(c.solver(), Solver::Dopri5 { .. }))
         .note(&["solver \"dopri5\""]),
     number("settling_band_um", Positive, "µm")
         .named("half width of the settling band", "Settling band ±")
-        .or(Value::Number(100.0))
-        .at(|c| Some(&mut c.run.settling_band_um)),
+        .or_at(Number(100.0), |c| Some(&mut c.run.settling_band_um)),
     time("rest_window_s", Positive)
         .meaning("length of the window of rest, up to the end of the run; without it the second half of the rest, at most 4096 samples,")
-        .optional("0.2")
-        .at(|c| Some(&mut c.run.rest_window_ns))
+        .optional_at("0.2", |c| Some(&mut c.run.rest_window_ns))
         .shown("Window of rest")
         .note(&["default: the second half of the rest, at most 4096 samples"]),
     flag("events")
         .meaning("switch that lists every contact change")
-        .or(Value::Flag(true))
-        .at(|c| Some(&mut c.run.events))
+        .or_at(Flag(true), |c| Some(&mut c.run.events))
         .note(&["list every contact change in the summary"]),
     // A step takes 0.3 to 2 µs, so that a run ends within a minute; the paper's
     // runs count 10 to 29, with `dopri5` 9,000 to 12,000.
     whole("work_limit", 1, 1_000_000_000_000_000, "")
         .meaning("number of steps and searches within the samples after which the run ends")
-        .or(Value::Whole(20_000_000))
+        .or(Whole(20_000_000))
         .access(Own(
             |c, limit| c.run.work_limit = limit as u64,
             |c| Some(c.run.work_limit as f64),
@@ -579,7 +563,7 @@ const TUNE: &[Key] = &[
         .optional("16"),
     whole("seed", 0, 4_294_967_295, "")
         .meaning("seed of the search and of what is drawn")
-        .or(Value::Whole(1)),
+        .or(Whole(1)),
     whole("runs", 1, 1_000_000_000, "")
         .meaning("number of simulated runs, about; without it 10000, over several axes 3000 for each,")
         .optional("10000"),

@@ -11,7 +11,6 @@ use super::errors::{Place, RunFileErrors};
 use super::key_path::{KeyPath, KeyValue};
 use super::keys::{Key, Kind, path};
 use super::profile::Beside;
-use super::table;
 use super::values::Value;
 use crate::case::Case;
 
@@ -40,9 +39,8 @@ impl Template {
         beside: Beside,
     ) -> Result<Self, RunFileErrors> {
         let file = RunFile::parse(source_name, text, sets, beside)?;
-        let is_converted = |section: &str, key: &Key| {
-            let section = table::find(section);
-            let ways = section.map_or(&[][..], |section| section.ways_with(key.name));
+        let is_converted = |section, key: &'static Key| {
+            let ways = KeyPath { section, key }.ways();
             ways.iter().skip(1).any(|way| way.contains(&key.name))
         };
         let set = file.values.set();

@@ -276,12 +276,10 @@ pub(super) fn nanoseconds(decimal: &str) -> Option<u64> {
     let (before, after) = padded.split_at_checked(point)?;
     let whole_ns: u64 = format!("0{before}").parse().ok()?;
     let part: f64 = format!("0.{after}").parse().ok()?;
-    if part <= TOLERANCE.0 {
-        Some(whole_ns)
-    } else if part >= TOLERANCE.1 {
-        whole_ns.checked_add(1)
-    } else {
-        None
+    match part {
+        _ if part <= TOLERANCE.0 => Some(whole_ns),
+        _ if part >= TOLERANCE.1 => whole_ns.checked_add(1),
+        _ => None,
     }
 }
 

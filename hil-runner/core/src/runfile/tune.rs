@@ -122,14 +122,13 @@ impl Reader<'_> {
             let because = "the list is empty; it has at least one string".to_owned();
             self.refuse(node, key, because);
         }
-        let mut strings = Vec::new();
-        for item in items {
+        let read = |item: &'n Node| {
             let is = item.value.type_words();
             let text = item.value.text();
             let text = text.ok_or(format!("the list has strings, and this is {is}"));
-            strings.extend(self.taken(item, key, text).map(|text| (item, text)));
-        }
-        strings
+            Some((item, self.taken(item, key, text)?))
+        };
+        items.iter().filter_map(read).collect()
     }
 
     fn keys(&mut self, node: &Node) -> Vec<TunedKey> {
@@ -155,45 +154,34 @@ impl Reader<'_> {
             _ => (text, None),
         };
         let key = KeyPath::find(base)?;
-        let tuned = TunedKey {
-            key,
-            element,
-            range: None,
-        };
-        let is_number = matches!(key.key.kind, Kind::Number(_) | Kind::NumberOrWord(..));
+        let is_number = matches!(key.key.kind, Kind::Number(_));
         let is_word = matches!(base, "controller.feedback" | "backlash.compensation");
         let has_section = matches!(key.section, "controller" | "backlash" | "motion");
         if base == "motion.travel_mm"
             || !(has_section && (is_number || is_word || element.is_some()))
         {
-            return Err(
-                "what can be tuned are numbers of [controller], [backlash] and [motion] but for the travel, \
-                 controller.feedback, backlash.compensation, and motion.intervals_s.1 to 7"
-                    .to_owned(),
-            );
+            let words = "what can be tuned are numbers of [controller], [backlash] and [motion] but for the travel, \
+                         controller.feedback, backlash.compensation, and motion.intervals_s.1 to 7";
+            return Err(words.to_owned());
         }
-        if others.iter().any(|other| other.path() == tuned.path()) {
+        if others.iter().any(|other| other.path() == text) {
             return Err("it is there already".to_owned());
         }
         if let Some(other) = others.iter().find(|other| key.excludes(&other.key)) {
             return Err(format!("{} gives the same in another way", other.path()));
         }
         // What the file gives in another way would stand beside what is written.
-        let in_another_way = key.ways().iter().flat_map(|way| way.iter()).find(|name| {
-            let path = path(key.section, name);
-            KeyPath::find(&path).is_ok_and(|other| key.excludes(&other))
-                && self.of_case.is_given(&path)
-        });
-        if let Some(other) = in_another_way {
-            return Err(format!(
-                "the run file gives the same by {}; tune that",
-                path(key.section, other)
-            ));
+        if let Some(other) = self.of_case.given_instead(&key) {
+            return Err(format!("the run file gives the same by {other}; tune that"));
         }
         if element.is_some() && !self.of_case.is_given("motion.intervals_s") {
             return Err("the run file has no intervals_s".to_owned());
         }
-        Ok(tuned)
+        Ok(TunedKey {
+            key,
+            element,
+            range: None,
+        })
     }
 
     /// The keys with their ranges.
@@ -253,17 +241,13 @@ fn range(node: &Node, tuned: &TunedKey) -> Result<[f64; 2], String> {
     if let Kind::Choice(_) = key.kind {
         return Err("a key with words is tuned over all of them".to_owned());
     }
-    let needs = || "a range is two finite numbers, the lower one first".to_owned();
-    let Toml::Array(items) = &node.value else {
-        return Err(needs());
-    };
-    let numbers: Option<Vec<f64>> = items.iter().map(|item| item.value.number()).collect();
-    let [low, high] = numbers.ok_or_else(needs)?.try_into().map_err(|_| needs())?;
-    if !(low.is_finite() && high.is_finite() && low < high) {
-        return Err(needs());
-    }
+    let items = node.value.rows().into_iter();
+    let numbers: Option<Vec<f64>> = items.map(|(item, _)| item.value.number()).collect();
+    let ends = numbers.and_then(|numbers| <[f64; 2]>::try_from(numbers).ok());
+    let ends = ends.filter(|[low, high]| low.is_finite() && high.is_finite() && low < high);
+    let [low, high] = ends.ok_or("a range is two finite numbers, the lower one first")?;
     let allowed = match key.kind {
-        Kind::Number(range) | Kind::NumberOrWord(range, _) => range,
+        Kind::Number(range) => range,
         _ => Range::NotNegative,
     };
     for end in [low, high] {
@@ -297,12 +281,9 @@ fn requirement(text: &str) -> Result<Requirement, String> {
     let sides = [(">=", Bound::AtLeast), ("<=", Bound::AtMost)];
     let mut sides = sides.into_iter();
     let parts = sides.find_map(|(sign, bound)| Some((text.split_once(sign)?, bound)));
-    let Some(((name, limit), bound)) = parts else {
-        return Err(
-            "a requirement is \"FIGURE >= NUMBER\", \"FIGURE <= NUMBER\" or \"FIGURE <= before\""
-                .to_owned(),
-        );
-    };
+    let words =
+        "a requirement is \"FIGURE >= NUMBER\", \"FIGURE <= NUMBER\" or \"FIGURE <= before\"";
+    let ((name, limit), bound) = parts.ok_or(words)?;
     let of_before = limit.trim() == "before";
     let number = limit.trim().parse::<f64>().ok();
     let limit = number
@@ -322,9 +303,8 @@ fn requirement(text: &str) -> Result<Requirement, String> {
         return Err(format!("{figure} takes {sign}: {why}"));
     }
     if of_before && is_least {
-        return Err(format!(
-            "{figure} takes a number: before serves a figure of runs"
-        ));
+        let words = "takes a number: before serves a figure of runs";
+        return Err(format!("{figure} {words}"));
     }
     Ok(Requirement {
         figure,

@@ -215,7 +215,7 @@ impl Problem {
                 (Span::Words(words), _) => {
                     words.get(value as usize).map(|word| Value::Choice(word))
                 }
-                (_, Kind::Number(_) | Kind::NumberOrWord(..)) => Some(Value::Number(value)),
+                (_, Kind::Number(_)) => Some(Value::Number(value)),
                 _ => None,
             };
             value.map(|value| key.key.set(case, value)).is_some()

@@ -7,10 +7,9 @@ use plant::Encoder;
 
 use super::super::keys::Access::Own;
 use super::super::keys::Range::{NotNegative, Positive};
-use super::super::keys::{
-    Acts, Key, Kind, Need, choice, flag, number, of_firmware, time, value, whole,
-};
-use super::super::values::{MEASURED, PLANT, Value};
+use super::super::keys::{Acts, Key, Need, choice, flag, number, of_firmware, time, whole};
+use super::super::values::Value::{Nanoseconds, Number, Whole};
+use super::super::values::{MEASURED, PLANT};
 use super::gains::{NEW_PER_RAD, OF_CASCADE, PER_RAD};
 use crate::case::{Case, Law};
 use crate::number::table;
@@ -36,7 +35,7 @@ pub(super) const ENCODER: &[Key] = &[
         .note(&["instead of counts_per_rad"]),
     whole("counter_bits", 8, 32, "bits")
         .meaning("width of the motor's counter, and of the load's where it closes the loop,")
-        .or(Value::Whole(32))
+        .or(Whole(32))
         .firmware_at(|c| Some(&mut c.options.encoders.counter_bits))
         .field("counter.bits")
         .shown("Encoder counter")
@@ -104,21 +103,18 @@ pub(super) const CONTROLLER: &[Key] = &[
         .acting(Acts::From(Law::Sampled))
         .at(|c| Some(&mut c.controller.sample_time_ns))
         .shown_in("Sample time Δt", 1e3, "ms"),
-    value(
-        "computation_delay_s",
-        Kind::TimeOrWord(NotNegative, MEASURED),
-        "s",
-    )
-    .meaning("delay from sample to new voltage")
-    .or(Value::Nanoseconds(0))
-    .acting(Acts::From(Law::Sampled))
-    .at(|c| Some(&mut c.controller.computation_delay))
-    .shown_in("Computation delay", 1e3, "ms")
-    .words(&[(MEASURED, "measured on the chip")])
-    .note(&[
-        "from sample to new voltage, at most Δt; on a chip",
-        "also \"measured\": what each step takes there",
-    ]),
+    time("computation_delay_s", NotNegative)
+        .word(MEASURED)
+        .meaning("delay from sample to new voltage")
+        .or(Nanoseconds(0))
+        .acting(Acts::From(Law::Sampled))
+        .at(|c| Some(&mut c.controller.computation_delay))
+        .shown_in("Computation delay", 1e3, "ms")
+        .words(&[(MEASURED, "measured on the chip")])
+        .note(&[
+            "from sample to new voltage, at most Δt; on a chip",
+            "also \"measured\": what each step takes there",
+        ]),
     choice::<Derivative>("derivative")
         .named("quantity of which the derivative is taken", "Derivative of")
         .firmware_at(|c| Some(&mut c.options.law.derivative))
@@ -127,7 +123,7 @@ pub(super) const CONTROLLER: &[Key] = &[
         .note(&["or \"measurement\": no kick when the setpoint jumps"]),
     number("derivative_filter_s", NotNegative, "s")
         .meaning("time constant of the derivative's first-order filter (0: none)")
-        .or(Value::Number(0.0))
+        .or(Number(0.0))
         .firmware_at(|c| Some(&mut c.options.law.derivative_filter_s))
         .field("law.words.filter")
         .shown_in("Derivative filter T_f", 1e3, "ms")
@@ -139,7 +135,7 @@ pub(super) const CONTROLLER: &[Key] = &[
         .words(&[("clamp", "clamp")]),
     number("tracking_time_s", Positive, "s")
         .meaning("time constant of anti_windup \"back-calculation\"")
-        .or(Value::Number(0.01))
+        .or(Number(0.01))
         .firmware_at(|c| Some(&mut c.options.law.tracking_time_s))
         .field("law.words.anti_windup.tracking")
         .shown_in("Back-calculation T_t", 1e3, "ms")
@@ -172,7 +168,7 @@ pub(super) const CONTROLLER: &[Key] = &[
         }),
     whole("dither_seed", 0, 4_294_967_295, "")
         .meaning("seed of quantiser \"dither\"")
-        .or(Value::Whole(1))
+        .or(Whole(1))
         .firmware_at(|c| Some(&mut c.options.law.dither_seed))
         .field("output.quantiser.seed"),
     number("slew_limit_codes_per_s", Positive, "codes/s")
@@ -182,25 +178,22 @@ pub(super) const CONTROLLER: &[Key] = &[
         .field("output.slew")
         .shown("Slew limit")
         .note(&["default: no limit"]),
-    value("velocity_ff_s", OR_PLANT, "codes s/count")
+    ahead("velocity_ff_s", "codes s/count")
         .meaning("feed-forward per reference velocity")
-        .or(Value::Number(0.0))
         .firmware_at(|c| Some(&mut c.options.law.feed_forward.velocity_s))
         .field("law.words.velocity_ff")
         .shown("Velocity feed-forward")
         .text(|c| shown_ahead(c, 0))
         .note(&["feed-forward, codes per (count per second); or \"plant\": what the model needs"]),
-    value("acceleration_ff_s2", OR_PLANT, "codes s²/count")
+    ahead("acceleration_ff_s2", "codes s²/count")
         .meaning("feed-forward per reference acceleration")
-        .or(Value::Number(0.0))
         .firmware_at(|c| Some(&mut c.options.law.feed_forward.acceleration_s2))
         .field("law.words.acceleration_ff")
         .shown("Acceleration feed-forward")
         .text(|c| shown_ahead(c, 1))
         .note(&["codes per (count per second squared), or \"plant\""]),
-    value("friction_ff_codes", OR_PLANT, "codes")
+    ahead("friction_ff_codes", "codes")
         .meaning("feed-forward with the sign of the reference velocity")
-        .or(Value::Number(0.0))
         .firmware_at(|c| Some(&mut c.options.law.feed_forward.friction_codes))
         .field("law.words.friction_ff")
         .shown("Friction feed-forward")
@@ -221,7 +214,7 @@ pub(super) const CONTROLLER: &[Key] = &[
         .note(&["or \"dual\": position from [load_encoder]"]),
     whole("rest_dead_band_counts", 0, 1_000_000, "counts")
         .meaning("largest error that counts as none at rest")
-        .or(Value::Whole(0))
+        .or(Whole(0))
         .firmware_at(|c| Some(&mut c.options.law.rest_dead_band_counts))
         .field("rest.dead_band")
         .shown("Dead band at rest"),
@@ -235,7 +228,10 @@ pub(super) const CONTROLLER: &[Key] = &[
 ];
 
 /// A feed-forward gain: a number, or what the model of the plant needs.
-const OR_PLANT: Kind = Kind::NumberOrWord(NotNegative, PLANT);
+const fn ahead(name: &'static str, unit: &'static str) -> Key {
+    let number = number(name, NotNegative, unit).word(PLANT);
+    number.or(Number(0.0))
+}
 
 /// A feed-forward gain as a report shows it.
 fn shown_ahead(case: &Case, part: usize) -> Option<String> {
@@ -254,8 +250,7 @@ const MOST_CODES: i64 = 8_388_607;
 pub(super) const LIMITS: &[Key] = &of_firmware([
     whole("following_error_counts", 1, LARGEST_ERROR_COUNTS, "counts")
         .meaning("largest following error at standstill")
-        .optional("2000")
-        .at(|c| Some(&mut c.options.limits.following_error))
+        .optional_at("2000", |c| Some(&mut c.options.limits.following_error))
         .field("monitors.following_error.limit_counts")
         .shown("Limit of the following error"),
     number(
@@ -272,29 +267,26 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
     .note(&["on top, counts per (count per second)"]),
     whole("count_jump_counts", 1, i32::MAX as i64, "counts")
         .meaning("largest change of the motor's count in one sample")
-        .optional("1000")
-        .at(|c| Some(&mut c.options.limits.count_jump_counts))
+        .optional_at("1000", |c| Some(&mut c.options.limits.count_jump_counts))
         .field("counter.largest_jump")
         .shown("Largest count jump")
         .note(&["between two samples"]),
     time("encoder_loss_s", Positive)
         .meaning("time for which the count may stand still under output")
-        .optional("0.05")
-        .at(|c| Some(&mut c.options.limits.encoder_loss))
+        .optional_at("0.05", |c| Some(&mut c.options.limits.encoder_loss))
         .field("monitors.encoder_loss.ticks")
         .shown_in("Encoder lost after", 1e3, "ms")
         .note(&["count stands still for so long …"]),
     whole("encoder_loss_codes", 1, MOST_CODES, "codes")
         .named("output from which encoder_loss_s counts", "… under")
-        .or(Value::Whole(100))
+        .or(Whole(100))
         .at(|c| Some(&mut c.options.limits.encoder_loss.as_mut()?.codes))
         .field("monitors.encoder_loss.code_threshold")
         .when(|c| c.options.limits.encoder_loss.is_some())
         .note(&["… under at least this output"]),
     time("saturation_s", Positive)
         .meaning("time for which the output may stand at its limit")
-        .optional("0.1")
-        .at(|c| Some(&mut c.options.limits.saturation_ns))
+        .optional_at("0.1", |c| Some(&mut c.options.limits.saturation_ns))
         .field("monitors.saturation.ticks")
         .shown_in("Longest saturation", 1e3, "ms"),
     flag("missed_ticks")
@@ -305,8 +297,7 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
         .note(&["true: a missed tick is a fault"]),
     number("velocity_mps", Positive, "m/s")
         .meaning("largest speed of the axis, for the backlash compensation,")
-        .optional("1.0")
-        .at(|c| Some(&mut c.options.limits.velocity_mps))
+        .optional_at("1.0", |c| Some(&mut c.options.limits.velocity_mps))
         .shown("Axis velocity limit")
         .note(&[
             "the axis's limits, which [backlash] needs and keeps to;",
@@ -314,8 +305,7 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
         ]),
     number("acceleration_mps2", Positive, "m/s²")
         .meaning("largest acceleration of the axis, for the backlash compensation,")
-        .optional("5.0")
-        .at(|c| Some(&mut c.options.limits.acceleration_mps2))
+        .optional_at("5.0", |c| Some(&mut c.options.limits.acceleration_mps2))
         .shown("Axis acceleration limit"),
 ]);
 
@@ -374,27 +364,24 @@ pub(super) const BACKLASH: &[Key] = &of_firmware([
         "counts/s",
     )
     .meaning("motor speed of the backlash measurement")
-    .or(Value::Number(200.0))
+    .or(Number(200.0))
     .at(|c| Some(&mut c.options.backlash.backlash_measurement_speed_counts_per_s)),
     whole("backlash_measurement_effort_codes", 1, MOST_CODES, "codes")
         .meaning("output that backlash_measurement_detection \"effort\" takes for a flank")
-        .or(Value::Whole(50))
+        .or(Whole(50))
         .at(|c| Some(&mut c.options.backlash.backlash_measurement_effort_codes)),
 ]);
 
 pub(super) const SEQUENCE: &[Key] = &of_firmware([
     time("disable_s", NotNegative)
         .named("time at which the axis is disabled", "Disabled at")
-        .optional("1.3")
-        .at(|c| Some(&mut c.options.requests.disable_ns)),
+        .optional_at("1.3", |c| Some(&mut c.options.requests.disable_ns)),
     time("enable_s", NotNegative)
         .named("time at which the axis is enabled", "Enabled at")
-        .optional("1.4")
-        .at(|c| Some(&mut c.options.requests.enable_ns)),
+        .optional_at("1.4", |c| Some(&mut c.options.requests.enable_ns)),
     time("emergency_stop_s", NotNegative)
         .meaning("time at which the emergency stop goes on")
-        .optional("0.4")
-        .at(|c| Some(&mut c.options.requests.emergency_stop_ns))
+        .optional_at("0.4", |c| Some(&mut c.options.requests.emergency_stop_ns))
         .shown("Emergency stop at"),
     time("emergency_stop_release_s", Positive)
         .named("time at which the emergency stop goes off", "… released at")
@@ -402,8 +389,7 @@ pub(super) const SEQUENCE: &[Key] = &of_firmware([
         .at(|c| Some(&mut c.options.requests.emergency_stop_release_ns)),
     time("reset_s", NotNegative)
         .named("time at which the faults are reset", "Faults reset at")
-        .optional("0.7")
-        .at(|c| Some(&mut c.options.requests.reset_ns)),
+        .optional_at("0.7", |c| Some(&mut c.options.requests.reset_ns)),
 ]);
 
 fn gain_change(case: &mut Case) -> Option<&mut GainChange> {
@@ -413,8 +399,7 @@ fn gain_change(case: &mut Case) -> Option<&mut GainChange> {
 pub(super) const GAIN_CHANGE: &[Key] = &of_firmware([
     time("at_s", NotNegative)
         .named("time of the change", "Gains changed at")
-        .optional("0.5")
-        .at(|c| Some(&mut c.options.gain_change)),
+        .optional_at("0.5", |c| Some(&mut c.options.gain_change)),
     number("kp", NotNegative, "codes/count")
         .meaning("new proportional gain K_p")
         .needing(Need::OnlyWith("at_s"), "4.0")
@@ -451,18 +436,15 @@ pub(super) const INJECT: &[Key] = &of_firmware([
     .at(|c| Some(&mut c.options.injections.encoder_glitch.as_mut()?.counts)),
     time("encoder_freeze_s", NotNegative)
         .meaning("time from which the encoder count stands still")
-        .optional("0.5")
-        .at(|c| Some(&mut c.options.injections.encoder_freeze_ns))
+        .optional_at("0.5", |c| Some(&mut c.options.injections.encoder_freeze_ns))
         .shown("Injected: frozen encoder at"),
     time("missed_tick_s", NotNegative)
         .meaning("time at which a tick does not come")
-        .optional("0.5")
-        .at(|c| Some(&mut c.options.injections.missed_tick_ns))
+        .optional_at("0.5", |c| Some(&mut c.options.injections.missed_tick_ns))
         .shown("Injected: missed tick at"),
     time("bus_error_s", NotNegative)
         .meaning("time at which a transfer on the bus fails")
-        .optional("0.5")
-        .at(|c| Some(&mut c.options.injections.bus_error_ns))
+        .optional_at("0.5", |c| Some(&mut c.options.injections.bus_error_ns))
         .shown("Injected: bus error at"),
     time("setpoint_underrun_s", NotNegative)
         .meaning("time from which the queue of setpoints is not filled")
