@@ -68,11 +68,9 @@ pub(super) fn declared(request: &ScalingRequest, axis: &Axis) -> Vec<String> {
         ),
     ];
     lines.extend(rates(request, axis));
-    let scaled = request
-        .scaled_law()
-        .map_or(Vec::new(), |scaled| scaled.rows);
+    let scaled = request.scaled_law().map(|scaled| scaled.rows);
     let of_plant = |gain: &FixedPointGain| Some(format!("{}: {}.", gain.word, gain.of_plant()?));
-    lines.extend(scaled.iter().filter_map(of_plant));
+    lines.extend(scaled.iter().flatten().filter_map(of_plant));
     lines
 }
 
