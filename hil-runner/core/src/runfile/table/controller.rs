@@ -261,7 +261,7 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
     .meaning("following error allowed on top per reference speed, 0 if left out,")
     .needing(Need::OnlyWith("following_error_counts"), "0.01")
     .at(|c| Some(&mut c.options.limits.following_error.as_mut()?.per_speed_s))
-    .field("monitors.following_error.mantissa")
+    .field("monitors.following_error.per_speed.mantissa")
     .shown_in("… and per speed", 1e3, "ms")
     .when(|c| matches!(c.options.limits.following_error, Some(limit) if limit.per_speed_s != 0.0))
     .note(&["on top, counts per (count per second)"]),
