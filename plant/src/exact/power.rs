@@ -13,8 +13,9 @@
 //! sketches' remainders of these.
 
 use super::crossing::{Flow, Leg, Sought, Stretch};
+use super::curve::binomials;
 use super::levels::TERMS;
-use crate::numerics::bernstein::{Polynomial, binomials};
+use crate::numerics::bernstein::Polynomial;
 
 /// Coefficients of a factor and of the product.
 const FACTOR: usize = TERMS + 1;
@@ -118,7 +119,7 @@ pub(super) fn raise_product<const D: usize>(
             Stretch::Leaf { leg, series, end } => {
                 let [a, b] = factors
                     .each_ref()
-                    .map(|sought| sought.polynomial(&leg, &series, end).bernstein);
+                    .map(|sought| sought.polynomial(&leg, &series, end).bernstein_until(end));
                 *peak = product(&a, &b).peak_above(*peak);
             }
         }
