@@ -40,7 +40,12 @@ pub enum PlanKind {
 impl PlanKind {
     /// The name in a study file.
     pub fn name(self) -> &'static str {
-        ["grid", "latin-hypercube", "sobol", "random"][self as usize]
+        match self {
+            Self::Grid => "grid",
+            Self::LatinHypercube => "latin-hypercube",
+            Self::Sobol => "sobol",
+            Self::Random => "random",
+        }
     }
 }
 

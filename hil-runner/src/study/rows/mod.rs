@@ -32,7 +32,12 @@ pub enum Status {
 impl Status {
     /// As the column `status` has it.
     pub fn name(self) -> &'static str {
-        ["ok", "excluded", "refused", "failed"][self as usize]
+        match self {
+            Self::Ok => "ok",
+            Self::Excluded => "excluded",
+            Self::Refused => "refused",
+            Self::Failed => "failed",
+        }
     }
 }
 
