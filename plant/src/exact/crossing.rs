@@ -18,12 +18,12 @@
 use super::curve::{Found, first_zero as first_zero_of, without_start};
 use super::grid::{Local, scaled, zero_near};
 use super::levels::{BOUND_MARGIN, Coefficients, TERMS, Taylor};
-use super::roots::Polynomial;
 use super::system::Column;
 use super::table::{Linear, Quantity, Table};
 use crate::hybrid::Automaton;
 use crate::hybrid::guard::{Guard, speed_noise};
 use crate::model::motion::Motion;
+use crate::numerics::bernstein::Polynomial;
 use crate::numerics::width::One;
 
 /// Steps of one walk after which the plant is called too stiff: a sample of
@@ -256,7 +256,8 @@ impl<'a, const D: usize> Sought<'a, D> {
             || from.abs().max(to.abs()) + self.chord_bound(level, rate, length_s) <= floor
     }
 
-    pub(super) fn polynomial(&self, leg: &Leg<D>, series: &Taylor<D>, end: f64) -> Polynomial {
+    /// Coefficients in powers of the θ of a leg's series.
+    fn powers(&self, leg: &Leg<D>, series: &Taylor<D>, end: f64) -> Coefficients {
         let mut q = series.quantity(&self.linear.row);
         for c in &mut q {
             *c *= self.scale;
@@ -270,7 +271,17 @@ impl<'a, const D: usize> Sought<'a, D> {
                 *q = command - *q;
             }
         }
-        Polynomial(q)
+        q
+    }
+
+    /// The quantity over a leg, from its start to its end.
+    pub(super) fn polynomial(
+        &self,
+        leg: &Leg<D>,
+        series: &Taylor<D>,
+        end: f64,
+    ) -> Polynomial<{ TERMS + 1 }> {
+        Polynomial::of_powers(&self.powers(leg, series, end), end)
     }
 }
 
@@ -398,13 +409,27 @@ impl<const D: usize> LinearGuard<'_, D> {
         }
     }
 
+    /// First zero of the guard over a leg, as a share of it.
     fn first_zero(&self, leg: &Leg<D>, series: &Taylor<D>, end: f64) -> Option<f64> {
-        let q = self.quantity.polynomial(leg, series, end);
         if self.starts_with(leg) {
-            return q.without_root_at_start().first_negative(end);
+            // `(q(θ) − q(0))/θ`: the root at the start divided out, so that rounding cannot find
+            // the crossing that began the leg again. Its value at 0, the slope, is known to be
+            // at least 0 and is held there.
+            let mut rest = self.quantity.powers(leg, series, end);
+            rest.rotate_left(1);
+            (rest[0], rest[TERMS]) = (rest[0].max(0.0), 0.0);
+            return Polynomial::of_powers(&rest, end).first_negative();
         }
-        let theta = q.raised(self.noise).first_negative(end)?;
-        Some(q.zero_before(theta).unwrap_or(theta))
+        let powers = self.quantity.powers(leg, series, end);
+        // The cheapest bound of all: |q(θ) − q(0)| ≤ Σ|a_n|.
+        let reach: f64 = powers[1..].iter().map(|a| a.abs()).sum();
+        if powers[0] > reach {
+            return None;
+        }
+        let q = Polynomial::of_powers(&powers, end);
+        let theta = q.affine(self.noise, 1.0).first_negative()?;
+        let zero = (self.noise != 0.0).then(|| q.zero_before(theta));
+        Some(zero.flatten().unwrap_or(theta))
     }
 }
 
@@ -518,8 +543,8 @@ impl<const D: usize> Flow<'_, D> {
             }
             if let Some((theta, place)) = first {
                 return Some(Stop {
-                    time_s: leg.start_s + theta / end * leg.length_s,
-                    x: series.at(theta),
+                    time_s: leg.start_s + theta * leg.length_s,
+                    x: series.at(theta * end),
                     guard: Some(place),
                     work: walk.work(),
                 });

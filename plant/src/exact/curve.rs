@@ -2,7 +2,7 @@
 //! Bernstein form, for one run or many side by side: whether it stays above zero, and where it
 //! first does not.
 
-use crate::numerics::bernstein::halves;
+use crate::numerics::bernstein::{halves, value_and_slope};
 use crate::numerics::width::{One, Width};
 
 /// Coefficients of the slope.
@@ -262,7 +262,7 @@ fn sole_zero<W: Width, const N: usize>(
     (stray, noise): (W::Vector, W::Vector),
     asked: u64,
 ) -> Zero<W> {
-    let (zero, degree) = (w.splat(0.0), degree_of::<N>());
+    let (zero, degree) = (w.splat(0.0), const { (N - 1) as f64 });
     let above = w.greater(b[0], stray);
     let ends_below = w.greater(zero - (stray + noise), b[N - 1]);
     let mut known = asked & w.bits(w.both(above, ends_below));
@@ -337,7 +337,7 @@ fn falls_once<W: Width, const N: usize>(w: W, b: &[W::Vector; N], level: W::Vect
 /// Zero of the control polygon, where it falls.
 #[inline(always)]
 fn start_of_newton<W: Width, const N: usize>(w: W, b: &[W::Vector; N]) -> W::Vector {
-    let degree = degree_of::<N>();
+    let degree = const { (N - 1) as f64 };
     let (zero, one, step) = (w.splat(0.0), w.splat(1.0), w.splat(1.0 / degree));
     let mut theta = zero;
     let (mut from, mut to) = (zero, one);
@@ -351,42 +351,6 @@ fn start_of_newton<W: Width, const N: usize>(w: W, b: &[W::Vector; N]) -> W::Vec
     }
     let share = from / ((from - to) * w.splat(degree));
     w.select(before, theta, theta + share)
-}
-
-/// The degree of a polynomial with N coefficients, the quantity's or its slope's.
-fn degree_of<const N: usize>() -> f64 {
-    if N == VALUES { 11.0 } else { 10.0 }
-}
-
-/// `C(degree, i)`.
-pub(crate) const fn binomials<const N: usize>(degree: usize) -> [f64; N] {
-    let mut row = [0.0; N];
-    row[0] = 1.0;
-    let mut i = 1;
-    while i <= degree {
-        row[i] = row[i - 1] * (degree - i + 1) as f64 / i as f64;
-        i += 1;
-    }
-    row
-}
-
-/// Value and slope at θ: Horner's rule in `1 − θ`, with the powers of θ.
-#[inline(always)]
-pub(crate) fn value_and_slope<W: Width, const N: usize>(
-    w: W,
-    b: &[W::Vector; N],
-    theta: W::Vector,
-) -> (W::Vector, W::Vector) {
-    let of_value = const { binomials::<N>(N - 1) };
-    let of_slope = const { binomials::<N>(N - 2) };
-    let rest = w.splat(1.0) - theta;
-    let (mut value, mut slope, mut power) = (b[0], w.splat(0.0), w.splat(1.0));
-    for i in 1..N {
-        slope = slope * rest + w.splat(of_slope[i - 1]) * power * (b[i] - b[i - 1]);
-        power = power * theta;
-        value = value * rest + w.splat(of_value[i]) * power * b[i];
-    }
-    (value, w.splat(degree_of::<N>()) * slope)
 }
 
 /// `(q(θ) − q(0))/θ`, whose remainder is that of the slope: the zero at the

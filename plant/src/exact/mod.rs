@@ -15,7 +15,6 @@
 //! held_table  all that the state does not change under a held voltage
 //! commanded_table  the same under the continuous law and behind other amplifiers
 //! memory      the tables made so far
-//! roots       zeros and extremes of polynomials, found for certain
 //! crossing    along the solution in the longest steps that will do; the first zero of a guard
 //! peak        extremes between the samples, also of what is behind the command
 //! power       largest magnitude of a product of two quantities
@@ -37,7 +36,6 @@ mod memory;
 mod peak;
 mod piece;
 mod power;
-mod roots;
 mod sketch;
 mod sums;
 mod system;

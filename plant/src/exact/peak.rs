@@ -156,7 +156,7 @@ impl<const D: usize> Flow<'_, D> {
                     }
                 }
                 Stretch::Leaf { leg, series, end } => {
-                    peak = peak.max(sought.polynomial(&leg, &series, end).peak(end));
+                    peak = sought.polynomial(&leg, &series, end).peak_above(peak);
                 }
             }
         }
@@ -190,11 +190,9 @@ impl<const D: usize> Flow<'_, D> {
         while let Some(stretch) = walk.next(inside) {
             if let Stretch::Leaf { leg, series, end } = stretch
                 && !leaves_outside(&leg)
-                && let Some(theta) = sought
-                    .polynomial(&leg, &series, end)
-                    .last_outside(band, end)
+                && let Some(theta) = sought.polynomial(&leg, &series, end).last_outside(band)
             {
-                last = Some(leg.start_s + theta / end * leg.length_s);
+                last = Some(leg.start_s + theta * leg.length_s);
             }
         }
         *work += walk.work();

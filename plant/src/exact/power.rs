@@ -13,9 +13,8 @@
 //! sketches' remainders of these.
 
 use super::crossing::{Flow, Leg, Sought, Stretch};
-use super::curve::binomials;
 use super::levels::TERMS;
-use crate::numerics::bernstein::Polynomial;
+use crate::numerics::bernstein::{Polynomial, binomials};
 
 /// Coefficients of a factor and of the product.
 const FACTOR: usize = TERMS + 1;
@@ -119,7 +118,7 @@ pub(super) fn raise_product<const D: usize>(
             Stretch::Leaf { leg, series, end } => {
                 let [a, b] = factors
                     .each_ref()
-                    .map(|sought| sought.polynomial(&leg, &series, end).bernstein_until(end));
+                    .map(|sought| sought.polynomial(&leg, &series, end).bernstein);
                 *peak = product(&a, &b).peak_above(*peak);
             }
         }

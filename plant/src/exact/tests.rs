@@ -3,11 +3,10 @@
 use proptest::prelude::*;
 
 use super::crossing::{Flow, LinearGuard, Sought};
-use super::curve::{Found, first_zero, value_and_slope};
+use super::curve::{Found, first_zero};
 use super::grid::{CELLS, Grid, horner};
 use super::levels::{ChordBounds, Levels, TERMS, Taylor, growth_down_to};
 use super::memory::Tables;
-use super::roots::Polynomial;
 use super::sketch::{NODE_PRODUCT, NODES, Sketch, cubic_strays};
 use super::system::{Column, Matrix};
 use super::table::{Quantity, Table};
@@ -15,6 +14,7 @@ use crate::model::axis::Axis;
 use crate::model::axis::Mode;
 use crate::model::direction::Direction;
 use crate::model::joint::JointMode;
+use crate::numerics::bernstein::{Polynomial, value_and_slope};
 use crate::numerics::width::One;
 use crate::{
     AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Surroundings, Transmission,
@@ -277,12 +277,12 @@ proptest! {
     #[test]
     fn finds_the_first_of_two_close_roots(r in 0.01..0.9_f64, gap in 1e-6..0.05_f64) {
         let (c, b) = (r * (r + gap), -(2.0 * r + gap));
-        let root = parabola(c, b, 1.0).first_negative(1.0);
+        let root = parabola(c, b, 1.0).first_negative();
         prop_assert!((root.unwrap() - r).abs() < 1e-9 / gap.max(1e-4));
         // The contrast: both ends are positive, their signs show nothing.
         prop_assert!(c > 0.0 && c + b + 1.0 > 0.0);
         // Lifted clear of zero there is nothing to find.
-        prop_assert_eq!(parabola(c + gap * gap, b, 1.0).first_negative(1.0), None);
+        prop_assert_eq!(parabola(c + gap * gap, b, 1.0).first_negative(), None);
     }
 
     #[test]
@@ -290,14 +290,14 @@ proptest! {
         // height − (θ − at)²: the supremum of its magnitude.
         let ends = (height - at * at).abs().max((height - (1.0 - at) * (1.0 - at)).abs());
         let expected = ends.max(height.abs());
-        let peak = parabola(height - at * at, 2.0 * at, -1.0).peak(1.0);
+        let peak = parabola(height - at * at, 2.0 * at, -1.0).peak_above(0.0);
         prop_assert!((peak - expected).abs() < 1e-13);
     }
 
     #[test]
     fn finds_the_last_exit_from_a_band(at in 0.1..0.9_f64, band in 0.01..0.3_f64) {
         // θ − at leaves the band of ±band at at + band for good.
-        let last = parabola(-at, 1.0, 0.0).last_outside(band, 1.0);
+        let last = parabola(-at, 1.0, 0.0).last_outside(band);
         let expected = if at + band < 1.0 { Some(1.0) } else if at - band > 0.0 { Some(at - band) } else { None };
         match (last, expected) {
             (Some(last), Some(expected)) => prop_assert!((last - expected).abs() < 1e-9),
@@ -307,10 +307,10 @@ proptest! {
 }
 
 /// `c + b·θ + a·θ²`.
-fn parabola(c: f64, b: f64, a: f64) -> Polynomial {
+fn parabola(c: f64, b: f64, a: f64) -> Polynomial<{ TERMS + 1 }> {
     let mut q = [0.0; TERMS + 1];
     (q[0], q[1], q[2]) = (c, b, a);
-    Polynomial(q)
+    Polynomial::of_powers(&q, 1.0)
 }
 
 /// The contrast of `bounds_hold`: on an arc that is nearly a parabola half the
@@ -465,9 +465,9 @@ fn rounding_ends_the_search() {
     for value in [f64::NAN, f64::INFINITY, 1e308] {
         let mut q = [value; TERMS + 1];
         q.iter_mut().skip(1).step_by(2).for_each(|a| *a = -*a);
-        let polynomial = Polynomial(q);
-        assert_eq!(polynomial.last_outside(1.0, 1.0).is_some(), value == 1e308);
-        let (first, peak) = (polynomial.first_negative(1.0), polynomial.peak(1.0));
+        let polynomial = Polynomial::of_powers(&q, 1.0);
+        assert_eq!(polynomial.last_outside(1.0).is_some(), value == 1e308);
+        let (first, peak) = (polynomial.first_negative(), polynomial.peak_above(0.0));
         assert!(first.is_none_or(|theta| theta <= 1.0));
         assert!(peak.is_nan() || peak >= 0.0);
     }

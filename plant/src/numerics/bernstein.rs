@@ -2,10 +2,12 @@
 //! certain, and a quantity over a step as one of degree seven.
 //!
 //! Certainty comes from the Bernstein form: a polynomial on \[0, 1\] lies
-//! within the range of its Bernstein coefficients, so coefficients of one
-//! sign exclude a root, and halving the interval (de Casteljau) separates
-//! whatever is left. A dip below zero and back inside one step is found like
-//! any other crossing; comparing the signs at both ends would miss it.
+//! within the range of its Bernstein coefficients, and has at most as many roots
+//! as they change sign (Descartes' rule; G. Farin, "Curves and Surfaces for
+//! CAGD", section 6). No change of sign excludes a root, one proves that there
+//! is exactly one; anything else is halved (de Casteljau). A dip below zero and
+//! back inside one step is found like any other crossing; comparing the signs at
+//! both ends would miss it.
 //!
 //! The quantity is known by values and slopes at its ends ([`Ends`]). How far it
 //! can be from them often says enough; else four nodes between them make the
@@ -16,6 +18,9 @@ use super::width::{One, Width};
 /// Halvings after which an undecided interval is called a touch, not a
 /// crossing: 2^-40 of a step is below the clock's resolution.
 const MAX_HALVINGS: u32 = 40;
+
+/// Rounding of the coefficients, of the largest of them.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Polynomial of degree below `N` on \[0, 1\] in Bernstein form.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,10 +46,17 @@ impl Polynomial<8> {
 }
 
 impl<const N: usize> Polynomial<N> {
-    /// The polynomial run backwards, `q(1 − θ)`.
-    pub(crate) fn reversed(mut self) -> Self {
-        self.bernstein.reverse();
-        self
+    /// `Σ a_n·θⁿ` over \[0, `end`\], stretched to \[0, 1\]: `b_i = Σ_{j≤i} C(i,j)/C(N−1,j)·a_j`.
+    pub(crate) fn of_powers(a: &[f64; N], end: f64) -> Self {
+        let weights = const { weights::<N>() };
+        let (mut bernstein, mut power) = ([0.0; N], 1.0);
+        for (a, weights) in a.iter().zip(&weights) {
+            for (b, weight) in bernstein.iter_mut().zip(weights) {
+                *b += weight * (a * power);
+            }
+            power *= end;
+        }
+        Self { bernstein }
     }
 
     /// `offset + factor·q`.
@@ -60,26 +72,95 @@ impl<const N: usize> Polynomial<N> {
         self.bernstein.iter().fold(0.0, |m: f64, b| m.max(b.abs()))
     }
 
-    /// The first θ in \[0, 1\] at which the polynomial falls below zero.
+    /// The first θ in \[0, 1\] at which the polynomial falls below zero. A zero at 0 is not
+    /// such a θ by itself: what follows decides.
     pub(crate) fn first_negative(&self) -> Option<f64> {
-        self.first_negative_in(0.0, 1.0, MAX_HALVINGS)
+        self.first_negative_in([0.0, 1.0], ROUNDING * self.bound(), MAX_HALVINGS)
     }
 
-    fn first_negative_in(&self, from: f64, to: f64, halvings: u32) -> Option<f64> {
+    /// The same within a stretch, whose coefficients these are; where they are no larger than
+    /// `rounding`, their signs say nothing.
+    fn first_negative_in(&self, [from, to]: [f64; 2], rounding: f64, halvings: u32) -> Option<f64> {
         let b = &self.bernstein;
-        if b.iter().all(|&b| b >= 0.0) {
-            return None;
-        }
-        if b[0] < 0.0 {
+        if *b.iter().find(|b| **b != 0.0)? < 0.0 {
             return Some(from);
         }
-        if halvings == 0 {
-            return (b[N - 1] < 0.0).then_some(to);
+        match self.sign_changes() {
+            0 => return None,
+            1 => return Some(from + (to - from) * self.root_before(1.0, b[N - 1])),
+            _ if halvings == 0 || self.bound() <= rounding => {
+                return (b[N - 1] < 0.0).then_some(to);
+            }
+            _ => {}
         }
         let (left, right) = self.halves();
         let middle = 0.5 * (from + to);
-        left.first_negative_in(from, middle, halvings - 1)
-            .or_else(|| right.first_negative_in(middle, to, halvings - 1))
+        left.first_negative_in([from, middle], rounding, halvings - 1)
+            .or_else(|| right.first_negative_in([middle, to], rounding, halvings - 1))
+    }
+
+    /// Changes of sign along the coefficients, zeros left out.
+    fn sign_changes(&self) -> usize {
+        let signs = self.bernstein.iter().filter(|b| **b != 0.0);
+        let mut below = signs.map(|b| *b < 0.0);
+        let Some(mut before) = below.next() else {
+            return 0;
+        };
+        below
+            .filter(|now| core::mem::replace(&mut before, *now) != *now)
+            .count()
+    }
+
+    /// A zero in (0, θ), if the polynomial is positive at 0 and negative at θ.
+    pub(crate) fn zero_before(&self, theta: f64) -> Option<f64> {
+        let (value, _) = self.value_and_slope(theta);
+        let falls = self.bernstein[0] > 0.0 && value < 0.0;
+        falls.then(|| self.root_before(theta, value))
+    }
+
+    /// The root between 0, where the polynomial is not negative, and θ, where it has this
+    /// negative value: Newton, held within the bracket. A zero at the start is not it.
+    fn root_before(&self, mut high: f64, value: f64) -> f64 {
+        let (start, mut low) = (self.bernstein[0], 0.0);
+        let share = match start > 0.0 {
+            true => start / (start - value),
+            false => 0.5,
+        };
+        let mut theta = share * high;
+        for _ in 0..100 {
+            let (value, slope) = self.value_and_slope(theta);
+            if value == 0.0 {
+                return theta;
+            }
+            match value > 0.0 {
+                true => low = theta,
+                false => high = theta,
+            }
+            let newton = theta - value / slope;
+            let next = match newton > low && newton < high {
+                true => newton,
+                false => 0.5 * (low + high),
+            };
+            // The last bits of θ are decided by the rounding of the value.
+            if (next - theta).abs() <= ROUNDING * next || next <= low || next >= high {
+                return next;
+            }
+            theta = next;
+        }
+        theta
+    }
+
+    fn value_and_slope(&self, theta: f64) -> (f64, f64) {
+        value_and_slope(One, &self.bernstein, theta)
+    }
+
+    /// The last θ in \[0, 1\] at which |q| exceeds `band`, if any.
+    pub(crate) fn last_outside(mut self, band: f64) -> Option<f64> {
+        // Backwards, and negative where ±q exceeds the band.
+        self.bernstein.reverse();
+        let beyond = [-1.0, 1.0].map(|sign| self.affine(band, sign).first_negative());
+        let first = beyond.into_iter().flatten().reduce(f64::min);
+        first.map(|theta| 1.0 - theta)
     }
 
     /// The larger of `floor` and the supremum of |q| over the step.
@@ -89,8 +170,9 @@ impl<const N: usize> Polynomial<N> {
     }
 
     fn peak_in(&self, mut peak: f64, halvings: u32) -> f64 {
+        let bound = self.bound();
         // Rounding of the coefficients themselves is not worth halving for.
-        if self.bound() <= peak * (1.0 + 1e-15) || halvings == 0 {
+        if bound <= peak * (1.0 + 1e-15) || halvings == 0 || !bound.is_finite() {
             return peak;
         }
         let (left, right) = self.halves();
@@ -103,6 +185,56 @@ impl<const N: usize> Polynomial<N> {
         let (left, right) = halves(One, &self.bernstein);
         (Self { bernstein: left }, Self { bernstein: right })
     }
+}
+
+/// `C(i,j)/C(N−1,j)` by j and i.
+const fn weights<const N: usize>() -> [[f64; N]; N] {
+    let mut weights = [[0.0; N]; N];
+    let mut i = 0;
+    while i < N {
+        let mut weight = 1.0;
+        let mut j = 0;
+        while j <= i {
+            weights[j][i] = weight;
+            if j < i {
+                weight *= (i - j) as f64 / (N - 1 - j) as f64;
+            }
+            j += 1;
+        }
+        i += 1;
+    }
+    weights
+}
+
+/// `C(degree, i)`.
+pub(crate) const fn binomials<const N: usize>(degree: usize) -> [f64; N] {
+    let mut row = [0.0; N];
+    row[0] = 1.0;
+    let mut i = 1;
+    while i <= degree {
+        row[i] = row[i - 1] * (degree - i + 1) as f64 / i as f64;
+        i += 1;
+    }
+    row
+}
+
+/// Value and slope at θ: Horner's rule in `1 − θ`, with the powers of θ.
+#[inline(always)]
+pub(crate) fn value_and_slope<W: Width, const N: usize>(
+    w: W,
+    b: &[W::Vector; N],
+    theta: W::Vector,
+) -> (W::Vector, W::Vector) {
+    let of_value = const { binomials::<N>(N - 1) };
+    let of_slope = const { binomials::<N>(N - 2) };
+    let rest = w.splat(1.0) - theta;
+    let (mut value, mut slope, mut power) = (b[0], w.splat(0.0), w.splat(1.0));
+    for i in 1..N {
+        slope = slope * rest + w.splat(of_slope[i - 1]) * power * (b[i] - b[i - 1]);
+        power = power * theta;
+        value = value * rest + w.splat(of_value[i]) * power * b[i];
+    }
+    (value, w.splat(const { (N - 1) as f64 }) * slope)
 }
 
 /// Bernstein coefficients of both halves: de Casteljau at θ = ½.
@@ -233,10 +365,9 @@ mod tests {
     fn runs_backwards() {
         // 0.7 − θ
         let bernstein = [0.7, 0.2, -0.3];
-        let last = Polynomial { bernstein }.reversed();
-        assert_eq!(last.first_negative(), Some(0.0));
-        let root = last.affine(0.0, -1.0).first_negative().unwrap();
-        assert!((root - 0.3).abs() < 1e-11, "{root}");
+        let q = Polynomial { bernstein };
+        let last = q.last_outside(0.4).unwrap();
+        assert!((last - 0.3).abs() < 1e-15, "{last}");
     }
 
     fn sampled(q: impl Fn(f64) -> f64, slope: impl Fn(f64) -> f64) -> (Ends, Polynomial<8>) {
@@ -279,7 +410,7 @@ mod tests {
         let (r, s) = (0.4, 0.4001);
         let (ends, q) = sampled(|t| (t - r) * (t - s), |t| 2.0 * t - r - s);
         let root = q.first_negative().unwrap();
-        assert!((root - r).abs() < 1e-10, "{root}");
+        assert!((root - r).abs() < 1e-12, "{root}");
         assert!(ends.values.iter().all(|&end| end > 0.0));
         assert!(ends.hull(0.0).0 < 0.0);
         // The contrast: lifted off zero there is nothing to find.
@@ -313,6 +444,6 @@ mod tests {
         // The contrast: the return through zero is found.
         let (_, q) = sampled(|t| t * (0.7 - t), |t| 0.7 - 2.0 * t);
         let root = q.without_root_at_start().first_negative().unwrap();
-        assert!((root - 0.7).abs() < 1e-11, "{root}");
+        assert!((root - 0.7).abs() < 1e-14, "{root}");
     }
 }

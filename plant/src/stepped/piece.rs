@@ -330,7 +330,7 @@ impl<'a> Stepped<'a> {
         if distance.ends.values[1].abs() > band_m {
             extremes.last_outside_band_s = Some(span.end_s());
         } else if distance.ends.bound(distance.reach) > band_m
-            && let Some(theta) = last_outside(distance.septic(), band_m)
+            && let Some(theta) = distance.septic().last_outside(band_m)
         {
             extremes.last_outside_band_s = Some(span.start_s + theta * span.length_s);
         }
@@ -451,12 +451,4 @@ impl<'a> Stepped<'a> {
             [c * joint * h, armature * h, electrical * h]
         }
     }
-}
-
-/// The last θ in \[0, 1\] at which |distance| exceeds the band.
-fn last_outside(distance: Polynomial<8>, band_m: f64) -> Option<f64> {
-    let backwards = distance.reversed();
-    let beyond = [-1.0, 1.0].map(|sign| backwards.affine(band_m, sign).first_negative());
-    let first = beyond.into_iter().flatten().reduce(f64::min);
-    first.map(|theta| 1.0 - theta)
 }
