@@ -470,5 +470,6 @@ fn rounding_ends_the_search() {
         let (first, peak) = (polynomial.first_negative(), polynomial.peak_above(0.0));
         assert!(first.is_none_or(|theta| theta <= 1.0));
         assert!(peak.is_nan() || peak >= 0.0);
+        assert!(polynomial.peak_above(f64::NAN).is_nan() || !value.is_nan());
     }
 }

@@ -171,8 +171,10 @@ impl<const N: usize> Polynomial<N> {
 
     fn peak_in(&self, mut peak: f64, halvings: u32) -> f64 {
         let bound = self.bound();
-        // Rounding of the coefficients themselves is not worth halving for.
-        if bound <= peak * (1.0 + 1e-15) || halvings == 0 || !bound.is_finite() {
+        // Rounding of the coefficients themselves is not worth halving for. What is not a number
+        // exceeds nothing.
+        let exceeds = bound > peak * (1.0 + 1e-15) && bound.is_finite();
+        if !exceeds || halvings == 0 {
             return peak;
         }
         let (left, right) = self.halves();
