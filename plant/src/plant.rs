@@ -159,6 +159,9 @@ impl Plant {
     /// about the axis is kept.
     pub fn reset(&mut self) {
         self.change_force(0);
+        if let Some(tables) = &mut self.tables {
+            tables.carried = None;
+        }
         self.now = Automaton::new(self.now.axis, self.flank);
         self.steps = StepSize::new();
     }
@@ -209,8 +212,8 @@ impl Plant {
             return self.just_after(drive).voltage_v;
         }
         if let (Drive::Feedback(pid), AmplifierMode::Linear) = (drive, now.mode.amplifier)
-            && let Some(carried) = self.tables.as_ref().and_then(|t| t.carried.as_ref())
-            && carried.is_at(now, pid)
+            && let Some(tables) = &self.tables
+            && let Some(carried) = tables.carried_at(now.time_ns, pid)
         {
             return carried.demand;
         }
@@ -304,7 +307,10 @@ impl Plant {
         }
         self.now.axis.load_force_n = to_n;
         let others = &mut self.other_tables;
-        others.extend(self.tables.take().map(|tables| (from_n, tables)));
+        others.extend(self.tables.take().map(|mut tables| {
+            tables.carried = None;
+            (from_n, tables)
+        }));
         let known = others.iter().position(|(force_n, _)| *force_n == to_n);
         self.tables = known.map(|place| others.swap_remove(place).1);
     }

@@ -214,6 +214,7 @@ impl Automaton {
         length_ns: u64,
         watch: &mut impl Watch,
     ) -> Result<(), PlantError> {
+        tables.carried = None;
         let mut interval = Interval::new(seconds(self.time_ns), seconds(length_ns));
         let table = tables.held(&self.axis, &self.mode, length_ns);
         // A loaded flank has come away when it has fallen further than the rounding of the terms

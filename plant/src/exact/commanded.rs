@@ -270,29 +270,22 @@ impl Automaton {
         let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
         let (held, pid) = parts(drive);
         let offset_rad = self.axis.offset_rad(&mode);
-        let (place, start, command) = match (pid, &tables.carried) {
-            (None, _) => {
+        let (place, start, command, before) = match pid {
+            None => {
                 let command = Oscillator::default();
                 let counted = (offset_rad, 1.0 / self.axis.pitch_m_per_rad);
                 let start = commanded_state(&self.y, counted, &command);
                 let place = tables.commanded(&self.axis, &mode, None, (None, length_ns));
-                (place, start, command)
+                (place, start, command, None)
             }
-            (Some(pid), Some(carried))
-                if carried.length_ns == length_ns
-                    && start_s + length_s <= carried.until_s
-                    && carried.is_at(self, pid) =>
-            {
-                (carried.place, carried.x, carried.command)
-            }
-            _ => return false,
+            Some(pid) => match tables.carried_at(self.time_ns, pid) {
+                Some(from) if from.length_ns == length_ns && start_s + length_s <= from.until_s => {
+                    (from.place, from.x, from.command, Some(from.demand))
+                }
+                _ => return false,
+            },
         };
-        let Tables {
-            carried, commanded, ..
-        } = tables;
-        let Some(table) = commanded.get(place) else {
-            return false;
-        };
+        let table = &tables.commanded[place];
         let input = match pid {
             Some(_) => table.input[0],
             None => table.input(held),
@@ -305,10 +298,10 @@ impl Automaton {
         let joint_keeps = self.joint_keeps([start[DELTA], end[DELTA]], || delta_rad)
             && end.iter().all(|x| x.is_finite());
         let mut demand = 0.0;
-        let command_keeps = match (pid, carried.as_ref()) {
-            (Some(pid), Some(carried)) => {
+        let command_keeps = match (pid, before) {
+            (Some(pid), Some(a)) => {
                 demand = table.demand(&end);
-                let (a, b, limit) = (carried.demand, demand, pid.limit());
+                let (b, limit) = (demand, pid.limit());
                 let inside = match mode.amplifier {
                     AmplifierMode::Linear => limit - a.abs().max(b.abs()),
                     AmplifierMode::AtLimit(d) => (d.sign() * a).min(d.sign() * b) - limit,
@@ -348,9 +341,9 @@ impl Automaton {
             offset_rad,
         };
         self.move_along(drive, (start_s, length_s), y, &piece, watch);
-        if let (Some(_), Some(carried)) = (pid, carried) {
+        if let (Some(_), Some(carried)) = (pid, &mut tables.carried) {
             carried.time_ns += length_ns;
-            (carried.x, carried.y, carried.command, carried.demand) = (end, y, command, demand);
+            (carried.x, carried.command, carried.demand) = (end, command, demand);
         }
         true
     }
@@ -409,11 +402,8 @@ impl Automaton {
                 let time_ns = self.time_ns + length_ns;
                 let later = pid.motion().breaks_from(seconds(time_ns)).first();
                 let carried = Carried {
-                    pid: pid.clone(),
-                    mode,
                     time_ns,
                     length_ns,
-                    y,
                     x: stop.x,
                     command,
                     demand,

@@ -5,21 +5,15 @@ use std::sync::Arc;
 use super::commanded_table::{CommandedTable, Key};
 use super::held_table::HeldTable;
 use super::system::{COMMANDED, Column};
-use crate::hybrid::Automaton;
 use crate::model::axis::{Axis, Mode};
 use crate::model::motion::{Coupling, Oscillator};
 use crate::model::pid::ContinuousPid;
-use crate::model::state::Vector;
 
 /// The whole state at the end of the last interval under the continuous law, to go on from.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Carried {
-    pub(super) pid: ContinuousPid,
-    pub(super) mode: Mode,
     pub(super) time_ns: u64,
     pub(super) length_ns: u64,
-    /// The plant's own vector, which must not have been touched.
-    pub(super) y: Vector,
     pub(super) x: Column<COMMANDED>,
     pub(super) command: Oscillator,
     pub(crate) demand: f64,
@@ -29,18 +23,6 @@ pub(crate) struct Carried {
     pub(super) until_s: f64,
 }
 
-impl Carried {
-    /// True if the axis still stands there, under the same law.
-    pub(crate) fn is_at(&self, now: &Automaton, pid: &ContinuousPid) -> bool {
-        // This is asked in every row: the state without a branch.
-        let pairs = self.y.iter().zip(now.y.iter());
-        self.time_ns == now.time_ns
-            && pairs.fold(0, |differ, (a, b)| differ | (a.to_bits() ^ b.to_bits())) == 0
-            && self.mode == now.mode
-            && self.pid.is_same_law(pid)
-    }
-}
-
 /// The tables made so far. They are made when first needed; a sampled run
 /// needs two, one for each state of the joint.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -48,6 +30,7 @@ pub(crate) struct Tables {
     held: Vec<Arc<HeldTable>>,
     pub(super) commanded: Vec<Box<CommandedTable>>,
     pid: Option<Box<ContinuousPid>>,
+    /// Under that law. Whatever moves the axis otherwise takes time, or takes this away.
     pub(crate) carried: Option<Box<Carried>>,
 }
 
@@ -72,6 +55,13 @@ fn add<T>(tables: &mut Vec<T>, make: impl FnOnce() -> T) -> usize {
 }
 
 impl Tables {
+    /// Where to go on from at that time under this law.
+    #[inline(always)]
+    pub(crate) fn carried_at(&self, time_ns: u64, pid: &ContinuousPid) -> Option<&Carried> {
+        let (carried, law) = (self.carried.as_deref()?, self.pid.as_deref()?);
+        (carried.time_ns == time_ns && law.is_same_law(pid)).then_some(carried)
+    }
+
     /// The table for `mode` and `length_ns`, made if need be.
     #[inline]
     pub(crate) fn held(&mut self, axis: &Axis, mode: &Mode, length_ns: u64) -> &Arc<HeldTable> {
