@@ -290,13 +290,12 @@ impl Automaton {
             Some(_) => table.input[0],
             None => table.input(held),
         };
-        let rates = table.rates(simd, &start, &input);
         let command = command.after(&table.command);
-        let end = table.step(simd, &start, held, &command);
+        let [end, rates] = table.step(simd, &start, (held, &input), &command);
         // What is not finite strays for ever, or to what is not a number.
         let [delta_rad, of_demand, of_beyond, of_current] = table.strays_of_guards(simd, &rates);
-        let joint_keeps = self.joint_keeps([start[DELTA], end[DELTA]], || delta_rad)
-            && end.iter().all(|x| x.is_finite());
+        let joint_keeps =
+            self.joint_keeps([start[DELTA], end[DELTA]], || delta_rad) && end.sum().is_finite();
         let mut demand = 0.0;
         let command_keeps = match (pid, before) {
             (Some(pid), Some(a)) => {

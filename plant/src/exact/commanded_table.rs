@@ -12,7 +12,7 @@ use fearless_simd::{Simd, f64x4};
 use super::levels::{BOUND_MARGIN, Levels, NOISE_ULPS};
 use super::loss::Dissipation;
 use super::system::{
-    A_REF, AxisSystem, COMMANDED, Column, DELTA, HELD, LOOP, Matrix, OWN, V_REF, W_REF,
+    A_REF, AxisSystem, COMMANDED, Column, DELTA, HELD, LOOP, Matrix, V_REF, W_REF,
     commanded_system, demand_row, from_command, set_command,
 };
 use super::table::{Quantity, Table, held_rows};
@@ -61,13 +61,12 @@ pub(crate) struct CommandedTable {
     pub(super) input: [Column<COMMANDED>; 2],
     voltage: Affine,
     beyond: Affine,
-    /// The rows of A whose rates are no states.
-    accelerated: Beside<1>,
-    /// `e^{AT} − 1`, the rounding of which is that of what a step changes and
-    /// not of the whole state, and `ψ(T)·u`, without the command's part: the axis' own states
-    /// and q.
-    growth: Beside<2>,
-    drift: [[f64; OWN + 1]; 2],
+    /// `e^{AT} − 1`, the rounding of which is that of what a step changes and not of the whole
+    /// state, without the command's part: the axis' own states and q. Last the rows of A whose
+    /// rates are no states.
+    step: Beside<3>,
+    /// `ψ(T)·u` of the same states, without a held command and what that adds to it.
+    drift: [[[f64; 4]; 2]; 2],
     pub(super) command: OscillatorStep,
     /// Bounds of how far guards and figures stray from their chords over the whole step, per
     /// rate. In the place of the power the voltage is looked at.
@@ -179,8 +178,9 @@ impl Beside<2> {
 /// The states whose rates are neither states nor the command's.
 const ACCELERATED: [usize; 4] = [BETA_DOT, EPSILON_DOT, CURRENT, LOOP];
 
-/// The states that a step changes by more than the command does.
-const STEPPED: [usize; OWN + 1] = [0, 1, 2, 3, 4, 5, LOOP];
+/// The states that a step changes by more than the command does, and one of the command's, which
+/// fills up the fours.
+const STEPPED: [usize; 8] = [0, 1, 2, 3, 4, 5, LOOP, W_REF];
 
 impl CommandedTable {
     pub(super) fn new(axis: &Axis, mode: &Mode, pid: Option<&ContinuousPid>, key: Key) -> Self {
@@ -203,6 +203,8 @@ impl CommandedTable {
         let whole = &levels.steps[0].integral;
         let (growth, drift) = (whole * a, input.map(|input| whole * input));
         let rows_of = |m: &Matrix<COMMANDED>, state: usize| m.row(state).transpose();
+        let mut stepped = STEPPED.map(|state| rows_of(&growth, state)).to_vec();
+        stepped.extend(ACCELERATED.map(|state| rows_of(&a, state)));
         let table = Table::new(levels, None, &rows);
         let p = axis.pitch_m_per_rad;
         let figures = [
@@ -221,9 +223,9 @@ impl CommandedTable {
         let strays = |quantity| table.quantity(quantity).bounds.per_rate[0] * BOUND_MARGIN;
         Self {
             key,
-            accelerated: Beside::new(&ACCELERATED.map(|state| rows_of(&a, state))),
-            growth: Beside::new(&STEPPED.map(|state| rows_of(&growth, state))),
-            drift: drift.map(|drift| STEPPED.map(|state| drift[state])),
+            step: Beside::new(&stepped),
+            drift: drift
+                .map(|drift| array::from_fn(|i| array::from_fn(|k| drift[STEPPED[4 * i + k]]))),
             command: OscillatorStep::new(key.coupling.unwrap_or_default(), length_s),
             guards: Beside::new(&guards.map(strays)),
             figures: Beside::new(&figures.map(|(of, scale)| strays(of) * scale.abs())),
@@ -263,7 +265,8 @@ impl CommandedTable {
         x: &Column<COMMANDED>,
         input: &Column<COMMANDED>,
     ) -> Column<COMMANDED> {
-        let [sums] = self.accelerated.times(simd, x);
+        // Of the inlined sums only these are made, and none twice.
+        let [.., sums] = self.step.times(simd, x);
         let coupling = self.key.coupling.unwrap_or_default();
         let mut rates = Column::<COMMANDED>::zeros();
         rates[BETA] = x[BETA_DOT];
@@ -281,24 +284,30 @@ impl CommandedTable {
         rates
     }
 
-    /// What the whole step makes of a state behind a held command; the motion's command is
-    /// this afterwards.
+    /// What the whole step makes of a state behind a held command, the motion's command being
+    /// this afterwards; and the rates at its start, under u.
     #[inline(always)]
-    pub(super) fn step(
+    pub(super) fn step<S: Simd>(
         &self,
-        simd: impl Simd,
+        simd: S,
         x: &Column<COMMANDED>,
-        held: f64,
+        (held, input): (f64, &Column<COMMANDED>),
         command: &Oscillator,
-    ) -> Column<COMMANDED> {
-        let ([four, rest], mut end) = (self.growth.times(simd, x), *x);
-        let changes = [*four, *rest];
-        let [drift, per_command] = &self.drift;
-        for ((i, &state), change) in STEPPED.iter().enumerate().zip(changes.as_flattened()) {
-            end[state] = x[state] + (change + (drift[i] + per_command[i] * held));
+    ) -> [Column<COMMANDED>; 2] {
+        let rates = self.rates(simd, x, input);
+        let ([first, second, _], mut end) = (self.step.times(simd, x), *x);
+        let of = |four: &[f64; 4]| f64x4::from_slice(simd, four);
+        let ([drift, per_command], held) = (&self.drift, f64x4::splat(simd, held));
+        for (i, change) in [first, second].into_iter().enumerate() {
+            let places: [usize; 4] = array::from_fn(|k| STEPPED[4 * i + k]);
+            let change = change + (of(&drift[i]) + of(&per_command[i]) * held);
+            let ends = of(&places.map(|state| x[state])) + change;
+            for (state, value) in places.into_iter().zip(*ends) {
+                end[state] = value;
+            }
         }
         set_command(&mut end, command);
-        end
+        [end, rates]
     }
 
     /// How far what the guards look at (δ, the law's demand, what those of the amplifier do, I)
@@ -373,7 +382,7 @@ impl CommandedTable {
     /// Rounding of δ after the whole step.
     pub(super) fn rounding_of_delta(&self, x: &Column<COMMANDED>) -> f64 {
         let mut terms = x[DELTA].abs();
-        for (column, x) in self.growth.0.iter().zip(x.iter()) {
+        for (column, x) in self.step.0.iter().zip(x.iter()) {
             terms += (column[0][DELTA] * x).abs();
         }
         NOISE_ULPS * terms
@@ -389,7 +398,7 @@ impl CommandedTable {
     }
 
     /// The law's demand \[V, or A with a current drive\].
-    #[inline]
+    #[inline(always)]
     pub(super) fn demand(&self, x: &Column<COMMANDED>) -> f64 {
         let row = self.table.row(Quantity::Demand);
         (row[BETA] * x[BETA] + row[BETA_DOT] * x[BETA_DOT]) + row[BETA_INTEGRAL] * x[BETA_INTEGRAL]

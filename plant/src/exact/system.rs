@@ -78,6 +78,7 @@ pub(crate) struct AxisSystem {
 
 impl Axis {
     /// `m·b` of `δ = ε − m·b`: the flank that δ is counted from.
+    #[inline(always)]
     pub(crate) fn offset_rad(&self, mode: &Mode) -> f64 {
         let b = self.joint.map_or(0.0, |joint| joint.backlash_half_rad);
         match mode.joint {
