@@ -12,10 +12,11 @@ use fearless_simd::Simd;
 
 use super::commanded_table::CommandedTable;
 use super::crossing::{Flow, Sought};
+use super::grid::product;
 use super::levels::BOUND_MARGIN;
 use super::memory::{Carried, Tables};
 use super::piece::{Sights, distances_m};
-use super::power::{about_chord, are_below, is_monotone, raise_product};
+use super::power::{about_chord, is_monotone, raise_product};
 use super::system::{COMMANDED, Column, DELTA, commanded_state, plant_vector};
 use super::table::Quantity;
 use crate::hybrid::{Automaton, Interval, PlantError};
@@ -49,32 +50,34 @@ struct CommandedPiece<'a> {
 
 impl CommandedPiece<'_> {
     /// ẍ, I, how far carriage and motor are behind the command, and the voltage at both ends;
-    /// and the command at the end.
+    /// and the commands there that the state is not counted from.
     #[inline(always)]
-    fn ends(&self, span: &Span<'_>, extremes: &Extremes) -> ([[f64; FIGURES]; 2], MotionPoint) {
+    fn ends(
+        &self,
+        span: &Span<'_>,
+        extremes: &Extremes,
+    ) -> ([[f64; FIGURES]; 2], [MotionPoint; 2]) {
         let (table, p) = (self.table, span.axis.pitch_m_per_rad);
-        let mut point = MotionPoint::default();
-        let mut commands_m = [0.0; 2];
+        let mut commands = [MotionPoint::default(); 2];
         if self.motion.is_none() {
-            let start = extremes.command_at(span.start_s());
-            point = extremes.settings.motion.at(span.end_s());
-            commands_m = [start, point].map(|point| point.displacement_m);
+            let end = extremes.settings.motion.at(span.end_s());
+            commands = [extremes.command_at(span.start_s()), end];
         }
-        let voltage = table.table.quantity(Quantity::Voltage);
+        let voltage = table.table.row(Quantity::Voltage);
         let [offset_v, _] = table.offsets(self.held);
-        let ends = [(&self.flow.start, commands_m[0]), (self.end, commands_m[1])];
         let mut figures = [[0.0; FIGURES]; 2];
-        for (figures, (x, command_m)) in figures.iter_mut().zip(ends) {
+        for (i, x) in [&self.flow.start, self.end].into_iter().enumerate() {
             let carriage_rad = x[BETA] - x[DELTA] - self.offset_rad + span.axis.start_rad;
-            *figures = [
+            let command_m = commands[i].displacement_m;
+            figures[i] = [
                 p * (table.screw_acceleration(x) + table.screw_load),
                 x[CURRENT],
                 command_m - p * carriage_rad,
                 command_m - p * x[BETA],
-                voltage.value(x) + offset_v,
+                product(One, voltage, &(*x).into()) + offset_v,
             ];
         }
-        (figures, point)
+        (figures, commands)
     }
 
     /// Ranges of the figures' slopes, times the step: they stray up to `slack` times as far from
@@ -84,7 +87,7 @@ impl CommandedPiece<'_> {
         &self,
         simd: impl Simd,
         span: &Span<'_>,
-        (extremes, command): (&Extremes, &MotionPoint),
+        (motion, commands): (&Motion, [MotionPoint; 2]),
         slack: f64,
     ) -> [[f64; 2]; FIGURES] {
         let (table, input) = (self.table, &self.flow.input);
@@ -92,7 +95,6 @@ impl CommandedPiece<'_> {
         let [mut from, mut to, strays] = table.slopes(simd, rates.each_ref());
         let mut strays = strays.map(|stray| slack * stray);
         if self.motion.is_none() {
-            let (motion, start) = (&extremes.settings.motion, extremes.command_at(span.start_s));
             let step_s = table.length_s();
             // T·ẋ_ref strays from its chord by T²/2·sup|a_ref|, between two breaks by
             // T³/8·sup|jerk| too.
@@ -102,8 +104,8 @@ impl CommandedPiece<'_> {
                 bend_m = bend_m.min(jerk_mps3 * step_s * step_s * step_s / 8.0);
             }
             for i in CARRIAGE..POWER {
-                from[i] += start.velocity_mps * step_s;
-                to[i] += command.velocity_mps * step_s;
+                from[i] += commands[0].velocity_mps * step_s;
+                to[i] += commands[1].velocity_mps * step_s;
                 strays[i] += bend_m * BOUND_MARGIN;
             }
         }
@@ -115,7 +117,7 @@ impl CommandedPiece<'_> {
     fn raise_by_rates(&self, simd: impl Simd, span: &Span<'_>, extremes: &mut Extremes) {
         let (table, length_s) = (self.table, span.length_s);
         let (start, rates) = (&self.flow.start, &self.flow.rate);
-        let ([from, to], command) = self.ends(span, extremes);
+        let ([from, to], commands) = self.ends(span, extremes);
         let motion = &extremes.settings.motion;
         let step_s = table.length_s();
         let bend_m = motion.peak_acceleration_mps2 * step_s * step_s;
@@ -133,19 +135,21 @@ impl CommandedPiece<'_> {
         }
         let [a, b, c, d, mut power_w] = extremes.peaks();
         let mut peaks = [a, b, c, d, extremes.peak_abs_voltage_v];
-        let mut open = 0;
+        let (mut open, mut uppers) = (0, strays);
         for i in 0..FIGURES {
             let size = One.max(from[i].abs(), to[i].abs());
             peaks[i] = One.max(peaks[i], size);
-            let outdone = size + strays[i] <= peaks[i];
+            uppers[i] += size;
+            let outdone = uppers[i] <= peaks[i];
             open |= u8::from(!outdone) << i;
         }
         let powers = [from, to].map(|ends| (ends[VOLTAGE] * ends[1]).abs());
         power_w = One.max(power_w, One.max(powers[0], powers[1]));
-        let factors = [VOLTAGE, 1].map(|i| about_chord([from[i], to[i]], strays[i]));
-        let mut power_open = !are_below(factors, power_w);
+        let power_is_outdone = uppers[VOLTAGE] * uppers[1] <= power_w;
+        let mut power_open = !power_is_outdone;
         if open != 0 || power_open {
-            let slopes = self.slopes(simd, span, (extremes, &command), slack);
+            let factors = [VOLTAGE, 1].map(|i| about_chord([from[i], to[i]], strays[i]));
+            let slopes = self.slopes(simd, span, (motion, commands), slack);
             for (i, [low, high]) in slopes.iter().enumerate() {
                 if *low >= 0.0 || *high <= 0.0 {
                     open &= !(1 << i);
@@ -155,17 +159,17 @@ impl CommandedPiece<'_> {
         }
         let (flow, work) = (&self.flow, &mut extremes.work);
         let [offset_v, _] = table.offsets(self.held);
-        let [voltage, current] = [(Quantity::Voltage, offset_v), (Quantity::Current, 0.0)]
-            .map(|(of, offset)| Sought::plain(table.table.quantity(of), offset));
+        let sought = |of, offset| Sought::plain(table.table.quantity(of), offset);
+        let voltage = || sought(Quantity::Voltage, offset_v);
         if open >> VOLTAGE != 0 {
             let (ends_v, peak_v) = ([from[VOLTAGE], to[VOLTAGE]], &mut peaks[VOLTAGE]);
             let over = table.table.levels.over(length_s);
-            flow.raise(&voltage, length_s, over, ends_v, peak_v, work);
+            flow.raise(&voltage(), length_s, over, ends_v, peak_v, work);
         }
         if power_open {
-            raise_product(flow, &[voltage, current], length_s, &mut power_w, work);
+            let factors = [voltage(), sought(Quantity::Current, 0.0)];
+            raise_product(flow, &factors, length_s, &mut power_w, work);
         }
-        let motion = &extremes.settings.motion;
         let band_m = extremes.settings.settling_band_m;
         let [from_m, to_m] = distances_m(span, motion);
         let inside = One.max(from_m, to_m) + strays[CARRIAGE] + bend_m / 8.0 <= band_m;
@@ -190,7 +194,7 @@ impl CommandedPiece<'_> {
         extremes.take(&seen);
         extremes.peak_abs_voltage_v = peak_v;
         if self.motion.is_none() {
-            extremes.command_at_end = Some((span.end_s(), command));
+            extremes.command_at_end = Some((span.end_s(), commands[1]));
         }
         let [joint_j, armature_j, guide_j] =
             table.heat_j(simd, span.axis, (start, rates), length_s);

@@ -125,6 +125,7 @@ impl Span<'_> {
     /// ```text
     /// ∫V·I dt = ∫c·ε̇² dt + ∫R·I² dt + ∫p·a1·γ̇² dt + p·(±a0 + F_load)·Δγ + Δstored
     /// ```
+    #[inline(always)]
     pub(crate) fn balanced_energies(
         &self,
         joint_j: f64,
