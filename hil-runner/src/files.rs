@@ -10,6 +10,7 @@ use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use crc::{CRC_64_XZ, Crc};
 use hil_core::case::Case;
 use hil_core::runfile::{RunFile, RunFileErrors, builtin_names, builtin_text, file_beside};
 use serde::Serialize;
@@ -374,6 +375,11 @@ fn target_of(path: &Path) -> io::Result<PathBuf> {
         }
     }
     Err(io::Error::other("its links lead in a circle"))
+}
+
+/// CRC-64/XZ of bytes in sixteen hexadecimal digits.
+pub fn crc64(bytes: &[u8]) -> String {
+    format!("{:016x}", Crc::<u64>::new(&CRC_64_XZ).checksum(bytes))
 }
 
 #[cfg(test)]

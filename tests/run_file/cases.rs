@@ -208,31 +208,3 @@ fn taking_the_hash_away_from_a_default_changes_nothing() {
         assert_eq!(same.unwrap_or_else(|errors| panic!("{errors}")), case);
     }
 }
-
-#[test]
-fn the_key_reference_is_up_to_date() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../cases/KEYS.md");
-    if std::env::var_os("BLESS").is_some() {
-        std::fs::write(path, runfile::key_reference()).unwrap();
-    }
-    let found = std::fs::read_to_string(path).unwrap();
-    assert_eq!(found, runfile::key_reference());
-}
-
-/// Keys that a file leaves out stand in it as the table has them.
-#[test]
-fn the_built_in_cases_are_commented_by_the_table() {
-    let mut other = Vec::new();
-    for name in builtin_names() {
-        let path = format!("{}/../cases/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-        let text = std::fs::read_to_string(&path).unwrap();
-        let commented = runfile::commented(name, &text);
-        if std::env::var_os("BLESS").is_some() {
-            std::fs::write(&path, &commented).unwrap();
-        }
-        let mut lines = text.lines();
-        let moved = commented.lines().filter(|line| lines.next() != Some(line));
-        other.extend(moved.map(|line| format!("{name}: {line}")));
-    }
-    assert!(other.is_empty(), "{other:#?}");
-}

@@ -19,6 +19,7 @@ mod overrides;
 mod sentences;
 mod templates;
 mod ways;
+mod written;
 
 use hil_core::case::Case;
 use hil_core::runfile::{self, RunFile};

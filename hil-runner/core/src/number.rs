@@ -25,6 +25,12 @@ pub fn seconds(ns: u64) -> f64 {
     ns as f64 / 1e9
 }
 
+/// The upper 53 of 64 bits as a number in \[0, 1).
+pub fn of_bits(bits: u64) -> f64 {
+    // 2^-53
+    (bits >> 11) as f64 / 9_007_199_254_740_992.0
+}
+
 /// Significant digits of plot data. A plot is about 10³ pixels high; 10⁻⁷ of
 /// full scale survives a zoom by 10³ with a tenth of a pixel to spare.
 pub const PLOT_DIGITS: usize = 7;

@@ -188,7 +188,6 @@ fn init(case: &str, template: Option<&str>) -> anyhow::Result<bool> {
         let names = runfile::builtin_names().collect::<Vec<_>>().join(", ");
         bail!("there is no built-in case {case:?}; there are {names}");
     };
-    let text = runfile::commented(case, text);
     say!("{}{text}", schema::SchemaOf::RunFile.line())?;
     Ok(true)
 }

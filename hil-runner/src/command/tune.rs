@@ -238,9 +238,9 @@ impl Tune {
         let motion: Vec<f64> = (0..=1_000).map(at).collect();
         let (text, sets) = (&input.text, &self.sets.sets);
         let all = format!("{text}\n{tune:?}\n{sets:?}\n{motion:?}");
-        let sum = crc::Crc::<u64>::new(&crc::CRC_64_XZ).checksum(all.as_bytes());
+        let sum = files::crc64(all.as_bytes());
         let case = &self.case;
-        format!("hil-runner {version} tune of {case}, inputs {sum:016x}")
+        format!("hil-runner {version} tune of {case}, inputs {sum}")
     }
 
     /// Searches; nothing if the user has ended it.

@@ -18,7 +18,6 @@ use std::io;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use crc::{CRC_64_XZ, Crc};
 use hil_core::case::Law;
 use hil_core::runfile::{RunFile, RunFileErrors};
 use lzma_rust2::{LzmaOptions, LzmaWriter, Write};
@@ -140,8 +139,7 @@ impl LiveCase {
     /// Sixteen hexadecimal digits that another case does not have.
     fn hash(&self) -> String {
         let all = format!("{:?}", (&self.text, &self.beside, &self.sets));
-        let sum = Crc::<u64>::new(&CRC_64_XZ).checksum(all.as_bytes());
-        format!("{sum:016x}")
+        files::crc64(all.as_bytes())
     }
 }
 

@@ -77,7 +77,7 @@ impl Section {
     }
 
     /// `travel_mm + intervals_s (+ total_time_s) or profile`.
-    pub(super) fn ways_words(&self, ways: &[Way]) -> String {
+    pub fn ways_words(&self, ways: &[Way]) -> String {
         let names = |keys: &[&Key], between| {
             let names: Vec<&str> = keys.iter().map(|key| key.name).collect();
             names.join(between)
@@ -128,9 +128,9 @@ pub struct Key {
     pub(super) access: Access,
     pub(crate) shown: Shown,
     /// Value that a commented file shows, where there is no default.
-    pub(super) example: &'static str,
+    pub example: &'static str,
     /// Remark beside it, in the lines that it takes.
-    pub(super) note: &'static [&'static str],
+    pub note: &'static [&'static str],
 }
 
 /// Place of the value in a case; none if a part is left out of the case.

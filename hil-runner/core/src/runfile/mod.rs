@@ -12,7 +12,7 @@
 //! name or path ──► text ──► tree (every value with its line) ──► --set ──► checks ──► Case ──► settings in a report
 //!                                                                          ▲           ▲           ▲
 //!                                                        table of keys ────┴───────────┴───────────┤
-//!                                                                                                  └──► schema, key reference, commented file
+//!                                                                                                  └──► schema, form, key reference, commented file
 //! ```
 //!
 //! Values arrive in SI units: pitch in m/rad, backlash in rad, travel in m,
@@ -26,8 +26,8 @@ mod form;
 mod key_path;
 mod keys;
 mod overrides;
-mod pages;
 mod profile;
+mod schema;
 mod starter;
 mod table;
 mod template;
@@ -50,9 +50,9 @@ pub use keys::{
     Acts, Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, List, Need, Range, SMALLEST_MAGNITUDE,
     Section, Way,
 };
-pub use pages::{commented, key_reference, schema};
 pub(crate) use profile::csv_line;
 pub use profile::{Beside, file_beside};
+pub use schema::schema;
 pub use starter::{template_names, template_text, values_of_template};
 pub use table::{LISTS, SECTIONS};
 pub use template::Template;

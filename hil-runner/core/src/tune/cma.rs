@@ -32,6 +32,8 @@ use std::cmp::Ordering;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
+use crate::number::of_bits;
+
 /// Width of the parabola at each side of the box, see [`folded`].
 const EDGE: f64 = 0.05;
 
@@ -401,8 +403,7 @@ impl Random {
 
     /// A number in \[0, 1), 53 bits of it.
     fn uniform(&mut self) -> f64 {
-        // 2^-53
-        (self.next() >> 11) as f64 / 9_007_199_254_740_992.0
+        of_bits(self.next())
     }
 
     /// A standard normal number: Marsaglia's polar method (SIAM Review 6, 1964).

@@ -112,7 +112,7 @@ fn drawn_points(
 ) -> Result<Vec<Point>, String> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut value = |(key, drawn): &(KeyPath, Drawn)| {
-        let part = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+        let part = number::of_bits(random.next_u64());
         let value = drawn.distribution.quantile(part);
         let factor = match drawn.is_factor {
             true => own(template, key)?,

@@ -229,7 +229,6 @@ pub fn text(target: Target, figures: &[Figure]) -> String {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test stops where its setup fails")]
 mod tests {
     use super::*;
 

@@ -42,10 +42,10 @@ pub use axis::{AxisKeys, Spacing};
 pub use colour::ColourScale;
 pub(in crate::study) use contour::Field;
 pub use label::Label;
-pub(in crate::study) use spec::is_text;
 pub use spec::{
     Atom, Bars, Border, Condition, Histogram, Kind, Limit, Lines, Map, Panel, Picture, Scatter,
 };
+pub(in crate::study) use spec::{is_stem, is_text};
 pub use table::{Column, Table, Values};
 
 /// Reason for a missing picture, as a sentence. Every one is a mistake in the

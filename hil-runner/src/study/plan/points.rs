@@ -4,6 +4,7 @@
 
 use core::fmt;
 
+use hil_core::number::of_bits;
 use hil_core::runfile::KeyPath;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
@@ -140,7 +141,7 @@ impl Plan {
                 let directions = self.directions.get(axis).into_iter().flatten().enumerate();
                 let chosen = directions.filter(|(bit, _)| gray >> bit & 1 == 1);
                 let bits = chosen.fold(0, |bits, (_, direction)| bits ^ direction);
-                Position::Part(from_bits(bits ^ mix(seed, mix(number, 4))))
+                Position::Part(of_bits(bits ^ mix(seed, mix(number, 4))))
             }
             PlanKind::Random => Position::Part(unit(seed, number, point)),
         }
@@ -161,13 +162,7 @@ fn unit(seed: u64, axis: u64, index: u64) -> f64 {
     let state = (u128::from(high) << 64) | u128::from(low);
     let mut generator = Pcg64::new(state, stream.into());
     generator.advance(index.into());
-    from_bits(generator.next_u64())
-}
-
-/// The upper 53 of 64 bits as a number in \[0, 1).
-fn from_bits(bits: u64) -> f64 {
-    // 2^-53
-    (bits >> 11) as f64 / 9_007_199_254_740_992.0
+    of_bits(generator.next_u64())
 }
 
 /// Two numbers into one without a pattern: the finaliser of `SplitMix64`

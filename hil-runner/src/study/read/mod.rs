@@ -13,7 +13,7 @@ use toml::Spanned;
 use self::file::{Findings, StudyFile, StudyFileError};
 use crate::files;
 use crate::study::page::pictures::mistakes_in_pictures;
-use crate::study::picture::is_text;
+use crate::study::picture::{is_stem, is_text};
 use crate::study::plan::axis::Axis;
 use crate::study::plan::points::{Constraint, Plan, PlanKind, TOO_MANY};
 use crate::study::plan::{Changes, Study};
@@ -161,8 +161,7 @@ impl Reading<'_> {
         let stem = stem.unwrap_or("study".as_ref());
         let name = self.file.name.clone();
         let name = name.unwrap_or_else(|| stem.to_string_lossy().into_owned());
-        let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
-        if name.is_empty() || name.len() > 100 || !name.chars().all(plain) {
+        if !is_stem(&name) {
             self.findings.push_whole(format!(
                 "name = {name:?} is not allowed: the study's name must have letters, digits, - and _ alone"
             ));

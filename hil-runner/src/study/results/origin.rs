@@ -8,11 +8,11 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use crc::{CRC_64_XZ, Crc};
 use plant::Course;
 use serde::{Deserialize, Serialize};
 
 use super::{ResultsError, damaged, io};
+use crate::files::crc64;
 use crate::report::{command_line, each_with};
 use crate::study::plan::{Changes, Study};
 use crate::study::rows::columns;
@@ -320,11 +320,6 @@ fn keys_of_runs(study: &Study) -> String {
 struct Format {
     format: u32,
     version: String,
-}
-
-/// The checksum of a text as the manifest has it.
-fn crc64(text: &[u8]) -> String {
-    format!("{:016x}", Crc::<u64>::new(&CRC_64_XZ).checksum(text))
 }
 
 /// A text that must have this checksum.

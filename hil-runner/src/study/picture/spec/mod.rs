@@ -28,6 +28,12 @@ pub(in crate::study) fn is_text(words: &str) -> bool {
     words.chars().all(fits)
 }
 
+/// True of the stem of a file's name, which is also that of a folder: letters, digits, - and _.
+pub(in crate::study) fn is_stem(name: &str) -> bool {
+    let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+    !name.is_empty() && name.len() <= 100 && name.chars().all(plain)
+}
+
 /// One picture of a study.
 ///
 /// ```
@@ -134,8 +140,7 @@ fn read(mut table: toml::Table) -> Result<Picture, String> {
         ));
     }
     let file = text(&mut table, "file").map_err(|error| format!("a picture {error}"))?;
-    let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
-    if file.is_empty() || file.len() > 100 || !file.chars().all(plain) {
+    if !is_stem(&file) {
         return Err(format!(
             "picture {file:?}: file is the stem of a file's name: letters, digits, - and _"
         ));
