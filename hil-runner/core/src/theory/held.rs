@@ -10,7 +10,7 @@
 //! Φ = e^{AT},   Γ0 = ψ(T−τ)·B,   Γ1 = e^{A(T−τ)}·ψ(τ)·B,   ψ(t) = ∫₀ᵗ e^{As} ds
 //! ```
 //!
-//! `Φ − 1 = A·ψ(T)` is kept instead of Φ: at a short T its digits are the axis.
+//! `D = Φ − 1` is kept instead of Φ: at a short T its digits are the axis.
 //!
 //! The response from sample to sample is a quotient of polynomials of the delta
 //! operator `w = z − 1`. At a short sample time every pole gathers at z = 1, and
@@ -40,8 +40,15 @@ const MOST_HALVINGS: u32 = 60;
 /// 0.5^16/17! < 1e-19.
 const TERMS: u32 = 16;
 
-/// `ψ(t)` and `e^{At}`, by a Taylor series on a short step and doubling,
-/// `ψ(2h) = ψ(h) + e^{Ah}·ψ(h)`.
+/// `ψ(t)` and `D(t) = e^{At} − 1`, by a Taylor series on a short step and doubling,
+///
+/// ```text
+/// ψ(2h) = ψ(h) + e^{Ah}·ψ(h) = (2 + D)·ψ(h),   D(2h) = (2 + D)·D(h)
+/// ```
+///
+/// Rounding that mixes a fast mode with a slow one is multiplied with `2 + d_fast + d_slow`, about
+/// one. With `D = A·ψ` in the place of its own doubling that would be `1 + λ_fast·h`, once for
+/// each doubling.
 fn integral<const N: usize>(a: &Square<N>, length_s: f64) -> (Square<N>, Square<N>) {
     let norm = (0..N)
         .map(|j| a.column(j).iter().map(|entry| entry.abs()).sum::<f64>())
@@ -58,26 +65,28 @@ fn integral<const N: usize>(a: &Square<N>, length_s: f64) -> (Square<N>, Square<
         series = identity + (a * series) * (h / f64::from(n));
     }
     let mut psi = series * h;
-    let mut transition = identity + a * psi;
+    let mut change = a * psi;
     for _ in 0..halvings {
-        psi += transition * psi;
-        // e^{A·2h} = 1 + A·ψ(2h) keeps the digits of what decays slowly.
-        transition = identity + a * psi;
+        let further = psi + change * psi;
+        psi += further;
+        let further = change + change * change;
+        change += further;
     }
-    (psi, transition)
+    (psi, change)
 }
 
 impl<const N: usize> HeldStep<N> {
     /// The step of `ẋ = A·x + B·u` over `period_s` with the new voltage after `delay_s`; of
     /// a current drive the commanded current.
     pub(crate) fn new((a, b): &(Square<N>, Column<N>), period_s: f64, delay_s: f64) -> Self {
-        let (whole, _) = integral(a, period_s);
+        let (_, change) = integral(a, period_s);
         let (rest, after) = integral(a, period_s - delay_s);
         let (delayed, _) = integral(a, delay_s);
+        let past = delayed * b;
         Self {
-            change: a * whole,
+            change,
             present: rest * b,
-            past: after * (delayed * b),
+            past: past + after * past,
         }
     }
 }

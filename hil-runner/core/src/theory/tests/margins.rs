@@ -8,6 +8,7 @@ use plant::{Amplifier, AxisParameters, Control, Joint};
 use super::super::characteristic::LoopGains;
 use super::super::family::{FamilyKey, LoopFamily};
 use super::super::linear_axis::{JointState, LinearAxis};
+use super::super::loops::{JOINT_STATES, margin};
 use super::case;
 use crate::case::{Case, ComputationDelay};
 use crate::number::seconds;
@@ -160,4 +161,39 @@ fn keys_tell_families_apart() {
         of(&|case| case.options.law.feedback = Feedback::Dual, contact),
     ];
     assert!(other.iter().all(|other| *other != key(&case.axis)));
+}
+
+/// A part of the axis that is fast beside a sample leaves the margins as they are, however fast it
+/// is. The contrast: a slow one shows.
+#[test]
+fn what_is_fast_beside_a_sample_hardly_shows() {
+    let of = |key: &str, value: f64, joint: JointState| {
+        let set = format!("{key}={value:e}");
+        let case = case("paper-2", &["controller.law=sampled", &set]);
+        margin(&case, joint).unwrap().signed()
+    };
+    let contact = &JOINT_STATES[..1];
+    for (key, slow, fast, joints) in [
+        (
+            "motor.inductance_h",
+            6.5e-3,
+            [1e-8, 1e-20],
+            &JOINT_STATES[..],
+        ),
+        ("motor.inertia_kg_m2", 2e-4, [1e-8, 1e-12], contact),
+        (
+            "transmission.stiffness_nm_per_rad",
+            350.0,
+            [1e8, 1e12],
+            contact,
+        ),
+        ("transmission.damping_nms_per_rad", 0.2, [1e4, 1e8], contact),
+    ] {
+        for &joint in joints {
+            let [slow, fast, faster] = [slow, fast[0], fast[1]].map(|value| of(key, value, joint));
+            println!("{key}, {joint:?}: {slow}, {fast}, {faster}");
+            assert!((fast - faster).abs() < 1e-4, "{key}");
+            assert!((slow - fast).abs() > 2e-4, "{key}");
+        }
+    }
 }

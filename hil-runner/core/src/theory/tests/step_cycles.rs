@@ -150,7 +150,9 @@ fn steps_of_the_converter_under_a_weight() {
             // Both staircases at once are beyond it: with the case's own encoder
             // the axis swings by counts, not by fractions of a micrometre.
             let coarse = runfile::parse("limit-cycle.toml", file, &sets).unwrap();
-            assert_eq!(dac_cycle(&coarse).unwrap().amplitude_um, cycle.amplitude_um);
+            let amplitude_um = dac_cycle(&coarse).unwrap().amplitude_um;
+            // But for rounding: the gains per count are a thousandth.
+            assert!((amplitude_um / cycle.amplitude_um - 1.0).abs() < 1e-12);
             let rows = rows(&coarse);
             let tail = rows.iter().filter(|row| row.t_s > 24.0);
             let x_um = tail.map(|row| 1e6 * pitch_m_per_rad(&coarse) * row.gamma_rad);
